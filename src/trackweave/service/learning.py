@@ -36,8 +36,8 @@ __all__ = ["FEWEST", "LONG_ENOUGH", "Learned", "is_enough", "learned", "left_ope
 FEWEST, LONG_ENOUGH, TURNS = 200, 30.0, 3.0
 """Reports, and seconds or turns, after which a configuration is estimated."""
 OFTEN, MOST = 6, 2000
-"""Where reports carry identities, as many are of objects that were heard so often, or nothing tells
-how they move; of so many reports in all a configuration is estimated anyway."""
+"""Where reports carry identities, as many are of objects that were heard so often, or nothing
+tells how they move; of so many reports in all a configuration is estimated anyway."""
 FEWEST_IN_REGION = 50
 """Of what was heard, so many reports lie in a region."""
 MOST_NAMED = 4
