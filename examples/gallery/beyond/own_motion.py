@@ -4,7 +4,7 @@ A motion model of your own
 
 Boats that drift: speed fades within a minute, and waves stir it up again. One class with two
 methods says so, and every part of the library uses it. Where boats are out of sight (grey), a
-nearly constant velocity, the usual model, expects them farther on than the drifting one.
+nearly constant velocity, the usual model, expects them (dotted) far beyond where they are.
 """
 
 from dataclasses import dataclass
@@ -32,15 +32,18 @@ class Drifting:
 
     def predict(self, mean, covariance, interval):
         dim = mean.shape[1] // 2
-        left = np.exp(-np.abs(interval) / self.fading)[:, None, None] * np.eye(dim)
+        eye, way = np.eye(dim), np.sign(interval)[:, None, None]
+        age = np.abs(interval)[:, None, None] / self.fading
+        left, power = np.exp(-age), self.stirred**2
         slope = np.tile(np.eye(2 * dim), (len(mean), 1, 1))
-        slope[:, :dim, dim:] = (
-            np.sign(interval)[:, None, None] * self.fading * (np.eye(dim) - left)
-        )
-        slope[:, dim:, dim:] = left
+        slope[:, :dim, dim:] = way * self.fading * (1 - left) * eye
+        slope[:, dim:, dim:] = left * eye
+        # Uhlenbeck and Ornstein (1930), of a place beside its speed: two steps are as one of both.
         noise = np.zeros_like(covariance)
-        noise[:, dim:, dim:] = self.stirred**2 * (np.eye(dim) - left**2)
-        noise[:, :dim, :dim] = noise[:, dim:, dim:] * interval[:, None, None] ** 2
+        noise[:, :dim, :dim] = power * self.fading**2 * (2 * age - 3 + 4 * left - left**2) * eye
+        noise[:, :dim, dim:] = way * power * self.fading * (1 - left) ** 2 * eye
+        noise[:, dim:, :dim] = noise[:, :dim, dim:]
+        noise[:, dim:, dim:] = power * (1 - left**2) * eye
         return (
             np.einsum("rij,rj->ri", slope, mean),
             slope @ covariance @ slope.swapaxes(1, 2) + noise,
@@ -65,8 +68,18 @@ for name, motion in {
     for k, now in enumerate(time):
         seen = [] if hidden[k] else [[true[k] + rng.normal(0, 3.0), rng.normal(0, 3.0)]]
         tracks = tracker.step(tw.Scan(time=now, sensor="radar", measurement=seen)).tracks
-        course += [(now, *row[:1]) for row in tracks.mean[:1]]
-    axes.plot(*np.transpose(course), "o-", ms=3, label=name)
+        course += [(now, *row) for row in tracks.mean[:1]]
+    course = np.array(course)
+    unseen = np.diff(course[:, 0]).argmax() + 1
+    (line,) = axes.plot(*course[:unseen, :2].T, "o-", ms=3, label=name)
+    axes.plot(*course[unseen:, :2].T, "o-", ms=3, color=line.get_color())
+    # What is expected of the last state before it: on a straight way, or ever more slowly.
+    last, ahead = course[unseen - 1], np.linspace(0.0, 30.0, 60)
+    if isinstance(motion, Drifting):
+        way = motion.fading * (1.0 - np.exp(-ahead / motion.fading))
+    else:
+        way = ahead
+    axes.plot(last[0] + ahead, last[1] + last[3] * way, ":", color=line.get_color())
 axes.set(xlabel="time [s]", ylabel="x [m]")
 axes.legend()
 figure.savefig("own_motion.png")
