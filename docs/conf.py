@@ -156,6 +156,13 @@ def lead_into_the_site(app, name, source):
         source[0] = re.sub(r"(?<!!)\[([^\]\n]*)\]\(([^)\s:]+)\)", new, source[0])
 
 
+def untyped(*told):
+    """Let what stands before a colon in an attribute's sentence be of the sentence, no type."""
+    what, lines = told[1], told[-1]
+    if what in {"attribute", "data", "property"} and lines and ":" in lines[0]:
+        lines[0] = f": {lines[0]}"
+
+
 def begin_with_pictures(app, name, source):
     """Let a page that names examples as its pictures begin with these pictures."""
     said = re.search(r"In (?:a picture|pictures): .*?(?=\n\n)", source[0], re.DOTALL)
@@ -177,4 +184,6 @@ def setup(app):
     # Before links lead into the site: by examples' own paths they are known.
     app.connect("source-read", begin_with_pictures)
     app.connect("source-read", lead_into_the_site)
+    # Before Napoleon, which takes what stands before a colon for a type.
+    app.connect("autodoc-process-docstring", untyped, priority=400)
     app.connect("autodoc-process-docstring", plainer)

@@ -23,11 +23,17 @@ class MeasurementKind(IntEnum):
     """
 
     POSITION = 0
+    """x, y, and z in space [m]."""
     RANGE_AZIMUTH = 1
+    """Range [m], azimuth [rad]."""
     RANGE_AZIMUTH_RATE = 2
+    """Range [m], azimuth [rad], range rate [m/s]."""
     RANGE_AZIMUTH_ELEVATION = 3
+    """Range [m], azimuth and elevation [rad]; in space alone."""
     RANGE_AZIMUTH_ELEVATION_RATE = 4
+    """Range [m], azimuth and elevation [rad], range rate [m/s]; in space alone."""
     BEARING = 5
+    """Bearing alone [rad], on a plane."""
     RANGE_RATE = 6
     """Range rate alone; no sensor reports it, but the others' rates are taken in by it."""
 

@@ -86,9 +86,10 @@ class MBest:
     partitioning.
 
     A hypothesis of cost c weighs exp(−c). The probability of a sequence is the weight of the
-    enumerated selections of its group with it, among all of them: every combination counts, not
-    the m cheapest alone. A call enumerates up to the margin alone; a ranking goes on until there
-    are m.
+    enumerated selections of its group with it, among all of them: every combination of groups
+    counts, though of each group no more than m selections do (``hypotheses=3`` of four makes
+    probabilities those of the three). A call enumerates up to the margin alone; a ranking goes on
+    until there are m.
 
     Parameters
     ----------
