@@ -89,6 +89,12 @@ def test_a_rate_that_some_rows_lack_is_not_used_and_noted():
     assert note.startswith("sensor default: range_rate_mps is not used")
 
 
+def test_an_elevation_beside_a_bearing_is_said_to_be_of_no_use():
+    with_it = read("time,sensor_x,sensor_y,bearing_deg,elevation_deg\n0,0,0,10,3\n1,0,0,11,4")
+    assert any("elevations beside bearings" in note for note in with_it.notes)
+    assert not read("time,sensor_x,sensor_y,bearing_deg\n0,0,0,10\n1,0,0,11").notes
+
+
 def test_headings_turn_azimuths_and_bearings():
     reports = read(
         "time,sensor,range_m,azimuth_deg,bearing_deg,sensor_heading_deg\n"
