@@ -161,7 +161,9 @@ def _mixed(
         sigma[at_bearing, 0] = read_sigma(checks, "sigma_bearing_deg", at_bearing)[at_bearing]
         columns += ["bearing_deg", "sigma_bearing_deg"]
         if np.any(at_bearing & checks.filled_cells("elevation_deg")):
-            notes.append("elevations beside bearings are not used: bearings are tracked on a plane")
+            notes.append(
+                "elevations beside bearings are not used, as these are tracked on a plane"
+            )
     used = max(MeasurementKind(k).n_components(space) for k in np.unique(kind))
     return Measured(
         np.ascontiguousarray(values[:, :used]),
