@@ -1,9 +1,9 @@
 """Small recordings, as somebody who tries it makes them first: how many are tracked right.
 
-Each row is a kind of recording with 5 m of noise and no false alarms: objects at rest, slow, that
-circle at 150 m or go straight, a look each second or first so and then every ten, and tags that
-report themselves every ten seconds at their own phases. Right is an IDF1 of reports of 0.9 and
-more.
+Each row is a kind of recording with 5 m of noise: objects at rest, slow, that circle at 150 m or
+go straight, a look each second or first so and then every ten, and tags that report themselves
+every ten seconds at their own phases, or whenever they like with such a mean; without false alarms
+or with a share of them over all the place. Right is an IDF1 of reports of 0.9 and more.
 """
 
 import argparse
@@ -34,6 +34,8 @@ class Kind(NamedTuple):
     told: Mapping[str, Any] = {}
     turn: float = 0.0  # By how much it circles from look to look [rad]
     pause: float = 1.0  # Between looks of the second half [s]
+    is_free: bool = False  # Whether a tag reports whenever it likes
+    false: float = 0.0  # Which share of all reports is of nobody
 
 
 KINDS = (
@@ -50,6 +52,12 @@ KINDS = (
         Kind("3 straight, 60 reports", 3, 60, 10.0, told={"sigma": factor * SIGMA})
         for factor in (0.01, 0.05, 0.2)
     ),
+    *(
+        Kind(f"6 tags{at}, whenever they like", 6, 0, speed, is_free=True)
+        for at, speed in (("", 2.0), (" at rest", 0.0))
+    ),
+    Kind("6 tags, ± 10 %, a tenth false", 6, 0, 2.0, 0.1, false=0.1),
+    Kind("6 tags, whenever they like, a fifth false", 6, 0, 2.0, is_free=True, false=0.2),
     *(Kind(f"{n} with names, ± 10 %", n, 0, 8.0, 0.1, has_names=True) for n in (2, 5)),
 )
 
@@ -60,7 +68,9 @@ def reports_of(kind: Kind, rng: np.random.Generator) -> pl.DataFrame:
     for each in range(kind.count):
         moments = np.arange(float(kind.looks))
         moments += (kind.pause - 1.0) * np.maximum(moments - kind.looks // 2, 0.0)
-        if not kind.looks:
+        if kind.is_free:
+            moments = np.round(np.cumsum(rng.exponential(PAUSE, 40)), 3)
+        elif not kind.looks:
             moments = np.arange(rng.uniform(0.0, PAUSE), 40 * PAUSE, PAUSE)
             moments = moments + PAUSE * rng.uniform(-kind.loose, kind.loose, moments.size)
             moments = np.round(moments[rng.random(moments.size) < 0.95], 3)
@@ -72,7 +82,14 @@ def reports_of(kind: Kind, rng: np.random.Generator) -> pl.DataFrame:
                                         np.sin(kind.turn * moments + way)], axis=1)  # fmt: skip
         place += rng.normal(0.0, SIGMA, place.shape)
         rows += [(now, *at, str(each)) for now, at in zip(moments, place, strict=True)]
-    frame = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    if kind.false:
+        low, high = (edge([row[:3] for row in rows], axis=0) for edge in (np.min, np.max))
+        count = round(kind.false / (1.0 - kind.false) * len(rows))
+        rows += [(*np.round(rng.uniform(low, high), 3).tolist(), None) for _ in range(count)]
+    frame = pl.DataFrame(
+        rows, {"time": pl.Float64, "x": pl.Float64, "y": pl.Float64, "target": pl.String},
+        orient="row",
+    ).sort("time")  # fmt: skip
     return frame.with_columns(identity=pl.col("target")) if kind.has_names else frame
 
 
@@ -81,9 +98,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--seeds", type=int, default=20)
     parser.add_argument("--first", type=int, default=1)
+    parser.add_argument("--only", default="", help="part of the rows' names")
     options = parser.parse_args()
     rows = []
-    for kind in KINDS:
+    for kind in (each for each in KINDS if options.only in each.name):
         told = {"sensors": {"default": dict(kind.told)}} if kind.told else {}
         found, n_tracks, before = [], [], time.process_time()
         for seed in range(options.first, options.first + options.seeds):
