@@ -8,7 +8,7 @@ from time import perf_counter
 
 __all__ = ["COMPILING", "compiling_logged", "compiling_told"]
 
-COMPILING = "compiling kernels, once; this takes a minute or two"
+COMPILING = "compiling kernels that run here for the first time: a minute or two, once"
 PATIENCE = 1.0
 """How long compiling may take without a word [s]."""
 _IS_WATCHED = ContextVar("_IS_WATCHED", default=False)
