@@ -3,7 +3,8 @@ Particles that wander
 =====================
 
 Beads of three sizes diffuse in a fluid and blink. Tracked as a random walk, the mean squared
-displacement of each track over the time passed tells its diffusion coefficient: the slope is 4 D.
+displacement of each track over the time passed tells its diffusion coefficient D: it grows by 4 D
+a frame, above what the noise of two positions makes of none.
 """
 
 import matplotlib.pyplot as plt
@@ -30,14 +31,21 @@ for _, path in beads.group_by("track", maintain_order=True):
     whole = np.column_stack([np.interp(np.arange(100), frame, axis) for axis in place.T])
     msd = [np.mean(np.sum((whole[lag:] - whole[:-lag]) ** 2, axis=1)) for lag in lags]
     found.append(np.polyfit(lags, msd, 1)[0] / 4.0)
-    (line,) = plan.plot(*place.T, lw=0.8)
-    spread.loglog(lags, msd, lw=0.8, color=line.get_color())
-for size in sizes:
-    spread.loglog(lags, 4.0 * size * lags, "k--", lw=1)
+    color = f"C{np.argmin(np.abs(np.log(found[-1] / np.array(sizes))))}"
+    plan.plot(*place.T, lw=0.8, color=color)
+    spread.loglog(lags, msd, lw=0.8, color=color)
+for number, size in enumerate(sizes):
+    near = [each for each in found if np.argmin(np.abs(np.log(each / np.array(sizes)))) == number]
+    said = f"D {size:g}: {np.mean(near):.2f} ± {np.std(near):.2f} found"
+    spread.loglog(lags, 4.0 * size * lags + 4.0 * 0.5**2, "--", color="k", lw=1)
+    spread.plot([], [], color=f"C{number}", label=said)
+spread.legend()
 plan.set(
     xlabel="x [pixels]", ylabel="y [pixels]", aspect="equal", title=f"{len(found)} beads followed"
 )
 spread.set(
-    xlabel="frames passed", ylabel="mean squared displacement", title="dashed: as simulated"
+    xlabel="frames passed",
+    ylabel="mean squared displacement [pixels²]",
+    title="dashed: as simulated",
 )
 figure.savefig("particles.png")

@@ -31,8 +31,10 @@ for axes, kind in zip(panels, ("nearest-neighbour", "multi-hypothesis"), strict=
     known_then = result.tracks.filter(result.tracks["status"] != "tentative")
     for _, path in known_then.group_by("track", maintain_order=True):
         axes.plot(path["x"], path["y"], lw=2)
-    for target in range(3):
-        axes.plot(*simulation.truth.position[simulation.truth.target == target].T, "k--", lw=0.8)
+    for target in sorted(set(simulation.truth.target)):
+        true = simulation.truth.position[simulation.truth.target == target]
+        axes.plot(*true.T, "k--", lw=1, zorder=3, label="truth")
     axes.set(title=f"{kind}: {judged.switches} switches, IDF1 {judged.idf1:.2f}", ylabel="y [m]")
 panels[1].set_xlabel("x [m]")
+panels[0].legend(*(each[:1] for each in panels[0].get_legend_handles_labels()), loc="upper right")
 figure.savefig("crossing.png")

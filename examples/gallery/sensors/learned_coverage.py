@@ -49,7 +49,13 @@ for axes, name in zip(panels, places, strict=True):
     along = np.linspace(low, high if high > low else high + 2 * np.pi, 200)
     edge = view.get("max_range_m", 6000.0) * np.column_stack([np.sin(along), np.cos(along)])
     axes.plot(*(np.array(places[name]) + edge).T / 1e3, color="tab:blue", lw=2)
-    told_so = ", ".join(f"{key} {np.round(value)}" for key, value in view.items()) or "everywhere"
-    axes.set(title=f"{name}: {told_so}", xlabel="x [km]", xlim=(-7.5, 7.5), ylim=(-6.5, 6.5))
+    told_so = []
+    if "max_range_m" in view:
+        told_so.append(f"up to {view['max_range_m'] / 1e3:.2f} km")
+    if "azimuth_deg" in view:
+        told_so.append("azimuths {:.0f}° to {:.0f}°".format(*view["azimuth_deg"]))
+    told_so = ", ".join(told_so) or "everywhere"
+    axes.set(title=f"{name} sees {told_so}", xlabel="x [km]", xlim=(-7.5, 9.5), ylim=(-6.5, 6.5))
+    axes.set_aspect("equal")
 panels[0].set_ylabel("y [km]")
-figure.savefig("coverage.png")
+figure.savefig("learned_coverage.png")
