@@ -39,14 +39,29 @@ result = tw.track(detections, {"lifecycle": {"divide": True}})
 history = result.history
 
 figure, (plan, tree) = plt.subplots(1, 2, figsize=(10, 4.8))
-row = {track: k for k, track in enumerate(history["track"].unique(maintain_order=True))}
-for (track,), path in history.group_by("track", maintain_order=True):
-    (line,) = plan.plot(path["x"], path["y"], lw=1.5)
-    time, parent = path["time"], path["parent"][0]
-    tree.plot([time[0], time[-1]], [row[track]] * 2, lw=3, color=line.get_color())
-    if parent is not None:
-        tree.plot([time[0]] * 2, [row[parent], row[track]], color="0.5", lw=1)
-plan.set(xlabel="x [pixels]", ylabel="y [pixels]", xlim=(0, 500), ylim=(0, 500))
+mother = dict(history.group_by("track").agg(pl.first("parent")).sort("track").iter_rows())
+
+
+def between_daughters(track):
+    """Return a family in the order in which no line crosses another: mothers between daughters."""
+    daughters = [each for each, its_mother in mother.items() if its_mother == track]
+    families = [between_daughters(each) for each in daughters] or [[]]
+    return [*families[0], track, *(each for family in families[1:] for each in family)]
+
+
+first = [track for track, its_mother in mother.items() if its_mother is None]
+order = [(track, f"C{k}") for k, each in enumerate(first) for track in between_daughters(each)]
+for place, (track, color) in enumerate(order):
+    path = history.filter(track=track)
+    plan.plot(path["x"], path["y"], lw=1.5, color=color)
+    time = path["time"]
+    tree.plot([time[0], time[-1]], [place] * 2, lw=3, color=color)
+    if mother[track] is not None:
+        up = [each for each, _ in order].index(mother[track])
+        tree.plot([time[0]] * 2, [up, place], color=color, lw=1)
+plan.set(
+    xlabel="x [pixels]", ylabel="y [pixels]", aspect="equal", title="a colour for each family"
+)
 divisions = history.drop_nulls("parent")["parent"].n_unique()
-tree.set(xlabel="frame", yticks=[], title=f"{len(row)} tracks, {divisions} divisions")
+tree.set(xlabel="frame", yticks=[], title=f"{len(order)} tracks, {divisions} divisions")
 figure.savefig("cells.png")

@@ -43,9 +43,11 @@ for axes, other, title in zip(
 panels[0].set_ylabel("y [km]")
 panels[0].legend(frameon=True)
 said = ", ".join(
-    f"{name} {np.degrees(value):.2f}°" if name == "rotation" else f"{name} {value:.0f} m"
+    f"turned by {np.degrees(value):.2f}°"
+    if name == "rotation"
+    else f"shifted by {value:.0f} m in {name[-1]}"
     for name, value in zip(found.names, found.bias, strict=True)
     if value
 )
-figure.suptitle(said)
+figure.suptitle(f"radar B: {said} (true: 300 m, −200 m, 1.5°)")
 figure.savefig("bias.png")

@@ -25,14 +25,14 @@ for place, bearings in zip(scene.places, scene.plots, strict=True):
     for bearing in bearings:
         away = 20e3 * np.array([np.sin(bearing), np.cos(bearing)])
         axes.plot(*np.transpose([place, place + away]) / 1e3, color="0.85", lw=0.7, zorder=0)
+axes.plot(*found.positions.T[:2] / 1e3, ".", color="0.6", ms=3, label="candidates")
 axes.plot(*scene.places.T / 1e3, "k^", ms=8, label="direction finders")
 axes.plot(*scene.objects.T / 1e3, "x", color="tab:red", ms=8, mew=2, label="objects")
 axes.plot(*places.T / 1e3, "o", mfc="none", color="tab:blue", ms=15, mew=1.5, label="found")
 limit = 1.02 * np.array([-1, 1]) * np.abs(scene.places).max() / 1e3 + np.mean(scene.area) / 1e3
 axes.set(xlabel="x [km]", ylabel="y [km]", xlim=limit, ylim=limit, aspect="equal")
-axes.set_title(
-    f"{len(found.tuples)} candidate groups, {len(places)} objects, gap {answer.gap:.2g}"
-)
+found_all = f"{len(places)} of {len(scene.objects)} found"
+axes.set_title(f"{len(found.tuples)} candidate groups, {found_all}, gap {answer.gap:.2g}")
 axes.grid(visible=False)
 axes.legend(loc="upper right", frameon=True)
 figure.savefig("ghosts.png")

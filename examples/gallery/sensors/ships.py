@@ -40,7 +40,9 @@ for (track,), path in found.group_by("track", maintain_order=True):
     said = " / ".join(path["identity"].unique(maintain_order=True))
     axes.annotate(f"track {track}: {said}", (path["lon"][-1], path["lat"][-1]), xytext=(4, 4),
                   textcoords="offset points", color=line.get_color(), fontsize=9)  # fmt: skip
-axes.set(title=f"{len(ships)} ships, {n_tracks} tracks", xlabel="longitude", ylabel="latitude")
+axes.set(
+    title=f"{len(ships)} ships, {n_tracks} tracks", xlabel="longitude [°]", ylabel="latitude [°]"
+)
 axes.set_aspect(1 / np.cos(np.radians(54)))
 axes.margins(x=0.12)
 figure.savefig("ships.png")

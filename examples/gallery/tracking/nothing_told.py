@@ -38,6 +38,6 @@ for axes, name in zip(
 ):
     low, high = axes.get_xlim()
     axes.plot([low, high], [low, high], "k--", lw=0.8)
-    axes.set(title=name, xlabel="in the scene")
+    axes.set(title=name, xlabel="in the scene (dashed: right)", aspect="equal")
 panels[0].set_ylabel("estimated")
 figure.savefig("nothing_told.png")
