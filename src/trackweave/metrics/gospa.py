@@ -87,22 +87,14 @@ def ospa(truth: ArrayLike, tracks: ArrayLike, cutoff: float = 50.0, order: float
 
     Parameters
     ----------
-    truth, tracks
-        Positions at one time, shapes (targets, dim) and (tracks, dim) [m]; either may be empty.
+    truth, tracks, order
+        As in ``gospa``, and refused as there.
     cutoff
-        The greatest distance of a pair [m], and the price of an object too many or too few. Must
-        be positive.
-    order
-        The exponent p, at least 1.
+        The greatest distance of a pair [m], and the price of an object too many or too few.
 
     Returns
     -------
     The distance [m], at most the cutoff; 0 of two empty sets.
-
-    Raises
-    ------
-    InvalidInputError
-        If a shape, the cutoff or the order is none of a metric's.
 
     References
     ----------
