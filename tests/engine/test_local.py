@@ -12,6 +12,7 @@ import pytest
 from oracles import errands
 from trackweave.engine import EngineError, WorkerLostError, engine_of
 from trackweave.engine import choice as choosing
+from trackweave.engine.local import LocalHost
 from trackweave.errors import InvalidInputError
 
 TESTS = Path(__file__).resolve().parents[1]
@@ -101,6 +102,16 @@ def test_nobody_waits_for_one_that_stops_in_a_message() -> None:
         with pytest.raises(WorkerLostError):
             actor.answer()
     assert told == ["was killed by signal 9"]
+
+
+def test_a_short_limit_of_tasks_leaves_messages_their_time() -> None:
+    host = LocalHost(1e-6)
+    worker = host.hire()
+    worker.since = time.monotonic() - 0.1  # as a message looks that is on its way for so long
+    worker.process.join(0.2)
+    assert worker.process.is_alive()
+    worker.kill()
+    host.close()
 
 
 @pytest.mark.parametrize("name", ["", "Ray", "dask", "ray:/x", None, 3])

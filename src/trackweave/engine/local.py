@@ -19,6 +19,9 @@ __all__ = ["LocalHost"]
 
 _SPAWN = multiprocessing.get_context("spawn")
 
+LEAST_S = 1.0
+"""A message is given at least so long [s]: limits of tasks may be shorter than the way of one."""
+
 
 class LocalHost:
     """Brings processes of this machine.
@@ -27,14 +30,15 @@ class LocalHost:
     ----------
     time_limit
         A process that is stopped in the middle of a message longer than pipes hold would hold up
-        the caller: after so long it is killed [s]. None for never.
+        the caller: after so long, but not before LEAST_S, it is killed [s]. None for never.
     """
 
     def __init__(self, time_limit: float | None = None) -> None:
         self._hired: list[_Process] = []
         self._over = threading.Event()
         if time_limit is not None:
-            threading.Thread(target=self._watch, args=(time_limit,), daemon=True).start()
+            limit = max(time_limit, LEAST_S)
+            threading.Thread(target=self._watch, args=(limit,), daemon=True).start()
 
     def hire(self) -> "_Process":
         """Return a new process, which is still starting."""
