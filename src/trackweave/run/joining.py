@@ -16,6 +16,7 @@ from trackweave.run.deghosting import Deghosted, deghosted
 from trackweave.run.history import Smoothing, smoothed_history
 from trackweave.run.lineage import Lineage, with_divisions
 from trackweave.run.record import Assigned
+from trackweave.run.resting import Resting, told_apart
 from trackweave.summaries import counted
 from trackweave.trackers.joining.joins import Join, Joins, joins_of
 from trackweave.trackers.joining.segments import Segments, segments_of, whose
@@ -69,6 +70,7 @@ class Hindsight:
     lineage: Lineage | None
     joined: Joined | None
     ghosts: Deghosted
+    resting: Resting
 
     @property
     def parent(self) -> Mapping[int, int] | None:
@@ -77,7 +79,7 @@ class Hindsight:
 
     def notes(self) -> list[str]:
         """Return sentences on what were ghosts, what was joined and what was parted, if any."""
-        notes = self.ghosts.notes()
+        notes = [*self.ghosts.notes(), *self.resting.notes()]
         if self.joined is None:
             return notes
         found, parted = self.joined.joins.found, self.joined.joins.parted
@@ -99,6 +101,7 @@ class Hindsight:
         """Return what run.json says."""
         return {
             "ghosts": self.ghosts.as_record(),
+            "resting": self.resting.as_record(),
             "divisions": None if self.lineage is None else self.lineage.as_record(),
             "joins": None if self.joined is None else self.joined.as_record(),
         }
@@ -120,6 +123,8 @@ def in_hindsight(
     rng, _ = by
     joined, as_known = None, found[0]
     assigned, ghosts = deghosted(reports, found[1], settings)
+    newest = int(max(as_known.track.max(initial=-1), assigned.track.max(initial=-1)))
+    assigned, resting = told_apart(reports, assigned, settings, newest)
     found = ghosts.known(as_known), assigned
     # Of objects that divide, what begins may be a daughter, but where a merge explains it.
     if settings.join and settings.divide and settings.merge is not None:
@@ -130,12 +135,16 @@ def in_hindsight(
         )
         found = tracks, assigned
     tracks, history, assigned, lineage = with_divisions(reports, found, settings, priors, by)
+    history = resting.confirmed(history)
     if settings.join and not settings.divide:
-        history, assigned, joined = with_joins(
-            reports, (tracks, history, assigned), settings, priors, rng
+        # Who lay still all the time tells nothing of how objects move, or fall silent.
+        moving, still = resting.separated(history)
+        moving, assigned, joined = with_joins(
+            reports, (tracks, moving, assigned), settings, priors, rng
         )
+        history = _together(moving, still)
     tracks = as_known if ghosts.changed else tracks
-    return Hindsight(tracks, history, assigned, lineage, joined, ghosts)
+    return Hindsight(tracks, history, assigned, lineage, joined, ghosts, resting)
 
 
 def with_joins(
@@ -161,7 +170,7 @@ def with_joins(
     )  # fmt: skip
     if joins is None or not (joins.found or joins.parted):
         return history, assigned, None
-    newest = max(int(history.track.max()), int(tracks.track.max(initial=0)))
+    newest = max(int(assigned.track.max()), int(tracks.track.max(initial=0)))
     name = _names(segments, joins, newest + 1)
     row = np.flatnonzero(of >= 0)
     named = assigned.track.copy()
@@ -177,9 +186,16 @@ def with_joins(
         (anew.status == TENTATIVE) & (anew.track > newest), CONFIRMED, anew.status
     )  # fmt: skip
     rest = history.at(~np.isin(history.track, concerned))
-    both = TrackTable.concatenate([rest, replace(anew, status=status)], history.dim)
-    history = both.at(np.lexsort((both.track, both.time)))
+    history = _together(rest, replace(anew, status=status))
     return history, assigned, Joined(joins, segments, name)
+
+
+def _together(one: TrackTable, other: TrackTable) -> TrackTable:
+    """Return rows of different tracks as one table, by time, then track."""
+    if not len(other):
+        return one
+    both = TrackTable.concatenate([one, other], one.dim)
+    return both.at(np.lexsort((both.track, both.time)))
 
 
 def _named(

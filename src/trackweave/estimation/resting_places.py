@@ -1,0 +1,146 @@
+"""Where objects that report themselves lie: places from which reports come for long."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackweave.arrays import FloatArray, IntArray
+
+__all__ = ["grain_of", "places_of"]
+
+WIDE = 3.0  # Reports of one place lie within so many deviations of others
+LONG = 10.0  # What lies there still after so many usual waits is at rest
+FEWEST, LEAST = 4, 8  # So many others are there then; of so many reports a place is looked at
+PIECES, SLOWER, STRAIGHT, FAR, EVENLY = 5, 4, 0.7, 3.0, 0.4
+"""Who is on the way goes straight from report to report for so many, or from the middle of some to
+that of the next, of so many times more each time: such a share of the way leads anywhere, so many
+deviations far; of several reports each time, by such a part of an even step each time."""
+GRAINS = 60.0, 10.0, 1.0, 0.1, 0.01, 0.001
+
+
+def grain_of(time: FloatArray) -> float:
+    """Return how far off times may be for having been rounded [s].
+
+    Parameters
+    ----------
+    time
+        Of reports [s].
+
+    Returns
+    -------
+    Half the step that all are multiples of, from a minute to a millisecond.
+    """
+    for grain in GRAINS:
+        off = np.abs(time / grain - np.round(time / grain))
+        if off.max() < 1e-3:
+            return grain / 2.0
+    return GRAINS[-1]
+
+
+def places_of(
+    time: FloatArray, place: FloatArray, track: IntArray, sigma: float
+) -> list[IntArray]:
+    """Return the reports of each place where objects lie, by time.
+
+    Parameters
+    ----------
+    time
+        When, ascending [s], shape (reports,).
+    place
+        Where [m], shape (reports, dimensions).
+    track
+        Whose each report was thought to be, -1 for nobody's.
+    sigma
+        Usual standard deviation of a position along an axis [m].
+
+    Returns
+    -------
+    Row numbers, for each place.
+    """
+    waits = _waits(time, track)
+    if waits.size == 0:
+        return []
+    long = LONG * float(np.median(waits))
+    rows = np.flatnonzero(~_on_the_way(place, track, sigma))
+    cell = np.floor(place[rows] / (WIDE * sigma)).astype(np.int64)
+    cells, number, count = np.unique(cell, axis=0, return_inverse=True, return_counts=True)
+    number = number.reshape(-1)
+    by_cell = np.split(np.argsort(number, kind="stable"), np.cumsum(count)[:-1])
+    beside = _beside(cells)
+    still = np.zeros(rows.size, dtype=np.bool_)
+    for each, others in enumerate(beside):
+        if count[others].sum() > FEWEST:
+            own = by_cell[each]
+            near = np.sort(time[rows[np.concatenate([by_cell[other] for other in others])]])
+            soon = np.searchsorted(near, time[rows[own]] + long, "right")
+            soon -= np.searchsorted(near, time[rows[own]] - long, "left")
+            still[own] = near.size - soon >= FEWEST
+    region = _regions(beside, np.bincount(number[still], minlength=len(cells)) > 0)
+    at_rest = np.flatnonzero(still)
+    of = region[number[at_rest]]
+    parts = [rows[at_rest[of == each]] for each in np.unique(of)]
+    return [part for part in parts if part.size >= LEAST]
+
+
+def _waits(time: FloatArray, track: IntArray) -> FloatArray:
+    """Return how long each track waited for each of its reports [s]."""
+    order = np.lexsort((time, track))
+    is_own = (np.diff(track[order]) == 0) & (track[order][1:] >= 0)
+    waits: FloatArray = np.diff(time[order])[is_own]
+    return waits[waits > 0.0]
+
+
+def _on_the_way(place: FloatArray, track: IntArray, sigma: float) -> NDArray[np.bool_]:
+    """Tell which reports are of tracks that go straight on there, fast or slowly."""
+    moves = np.zeros(track.size, dtype=np.bool_)
+    for number in np.unique(track[track >= 0]).tolist():
+        rows, together = np.flatnonzero(track == number), 1
+        while rows.size >= PIECES * together:
+            piece = np.minimum(np.arange(rows.size) // together, rows.size // together - 1)
+            total = np.stack([np.bincount(piece, axis) for axis in place[rows].T], axis=1)
+            mean: FloatArray = total / np.bincount(piece)[:, np.newaxis]
+            way = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(mean, axis=0), axis=1))]
+            first = np.clip(np.arange(len(mean)) - PIECES // 2, 0, len(mean) - PIECES)
+            last = first + PIECES - 1
+            led = np.linalg.norm(mean[last] - mean[first], axis=1)
+            is_straight = (led > STRAIGHT * (way[last] - way[first])) & (led > FAR * sigma)
+            if together > 1:
+                is_straight &= _go_on(mean, first, last)
+            moves[rows[is_straight[piece]]] = True
+            together *= SLOWER
+    return moves
+
+
+def _go_on(mean: FloatArray, first: IntArray, last: IntArray) -> NDArray[np.bool_]:
+    """Tell which ways lead on with each step; of several objects a middle changes by leaps."""
+    led = mean[last] - mean[first]
+    squared = np.maximum(np.sum(led**2, axis=1), 1e-300)
+    steps = np.stack([
+        np.sum((mean[first + k + 1] - mean[first + k]) * led, axis=1) / squared
+        for k in range(PIECES - 1)
+    ])  # fmt: skip
+    goes_on: NDArray[np.bool_] = steps.min(axis=0) > EVENLY / (PIECES - 1)
+    return goes_on
+
+
+def _beside(cells: IntArray) -> list[IntArray]:
+    """Return for each cell the numbers of those that touch it, itself among them."""
+    known = {tuple(each): index for index, each in enumerate(cells.tolist())}
+    steps = np.stack(np.meshgrid(*[[-1, 0, 1]] * cells.shape[1]), axis=-1)
+    steps = steps.reshape(-1, cells.shape[1])
+    return [
+        np.array([known[each] for each in map(tuple, (cell + steps).tolist()) if each in known])
+        for cell in cells
+    ]
+
+
+def _regions(beside: list[IntArray], is_used: NDArray[np.bool_]) -> IntArray:
+    """Return the number of the region of each used cell; those that touch are of one."""
+    region = np.full(is_used.size, -1, dtype=np.int64)
+    for first in np.flatnonzero(is_used).tolist():
+        waiting = [first] if region[first] < 0 else []
+        while waiting:
+            each = waiting.pop()
+            if region[each] < 0:
+                region[each] = first
+                waiting += [o for o in beside[each].tolist() if is_used[o] and region[o] < 0]
+    return region

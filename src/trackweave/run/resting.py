@@ -1,0 +1,152 @@
+"""Objects at rest that report themselves, told apart in hindsight.
+
+A window of seconds takes ships that are moored side by side for one, or one for several. Once all
+reports are there, those of a place are given to its objects anew (`estimation.resting`), which
+keep the numbers of the tracks that they have most in common with.
+"""
+
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from trackweave.arrays import FloatArray, IntArray
+from trackweave.config.fill import Settings
+from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
+from trackweave.estimation.resting import Berth, parted, sureness
+from trackweave.estimation.resting_places import grain_of, places_of
+from trackweave.run.record import Assigned
+from trackweave.summaries import counted
+
+__all__ = ["Resting", "told_apart"]
+
+CONFIRMING = 3  # Fewer reports are of nobody
+MOSTLY, ALWAYS = 0.9, 0.8
+"""Who was at rest at so many of its reports lies still if it was heard for so much of the time, or
+was not known before to come or go."""
+WILD = 1  # So many reports elsewhere are none of a track's own
+
+
+class Resting(NamedTuple):
+    """What was told apart."""
+
+    places: int
+    before: int  # How many tracks there were at these places
+    names: tuple[int, ...]  # What they are called now that differ from then
+    is_new: tuple[int, ...]  # Which of these no track had
+    still: tuple[int, ...]  # Who lay at one place all the time
+
+    def separated(self, history: TrackTable) -> tuple[TrackTable, TrackTable]:
+        """Return the history of those that moved or came or went, and that of the others."""
+        is_still = np.isin(history.track, self.still)
+        return history.at(~is_still), history.at(is_still)
+
+    def confirmed(self, history: TrackTable) -> TrackTable:
+        """Return a history in which objects are believed that no track was of."""
+        is_new = np.isin(history.track, self.is_new) & (history.status == TENTATIVE)
+        return replace(history, status=np.where(is_new, CONFIRMED, history.status))
+
+    def notes(self) -> list[str]:
+        """Return a sentence, if anything changed."""
+        if not self.names:
+            return []
+        return [
+            f"{counted(len(self.names), 'object')} at rest at {counted(self.places, 'place')}, "
+            f"where {counted(self.before, 'track')} had been, told apart in hindsight by where and"
+            " at which intervals they report (run.json: resting); tracks keep what was known then, "
+            "assignments and history are those of now"
+        ]
+
+    def as_record(self) -> dict[str, Any] | None:
+        """Return what run.json says; None where nothing changed."""
+        if not self.names:
+            return None
+        return {"places": self.places, "before": self.before, "tracks": [*self.names]}
+
+
+NONE = Resting(0, 0, (), (), ())
+
+
+def told_apart(
+    reports: ReportTable, assigned: Assigned, settings: Settings, newest: int
+) -> tuple[Assigned, Resting]:
+    """Return assignments in which objects at rest have their own reports, and what changed."""
+    # ``newest`` is the highest number that a track has.
+    sensors = [settings.sensors[k] for k in np.unique(reports.sensor)]
+    if not (
+        settings.join
+        and not settings.divide
+        and reports.identity is None
+        and all(each.scans is False and each.measurement.is_position for each in sensors)
+    ):
+        return assigned, NONE
+    order = np.argsort(reports.time, kind="stable")
+    time, place = reports.time[order], reports.measurement[order]
+    track = assigned.track[order]
+    sigma = float(np.mean([each.sigmas(reports.dim).mean() for each in sensors]))
+    span = float(time[0]), float(time[-1]), grain_of(time)
+    named, probability = track.copy(), assigned.probability[order]
+    changed: list[int] = []
+    n_places, n_before, next_name = 0, 0, newest + 1
+    at_rest = np.zeros(time.size, dtype=np.bool_)
+    for rows in places_of(time, place, track, sigma):
+        at_rest[rows] = True
+        extent = float(np.prod(np.ptp(place[rows], axis=0) + 2.0 * sigma))
+        berth = Berth(sigma**2, extent, span[0], span[1], span[2])
+        owner = parted(time[rows], place[rows], track[rows], berth)
+        names = _names((time, named), rows, owner, next_name)
+        next_name = max(next_name, int(names.max(initial=0)) + 1)
+        now = names[owner]
+        if np.array_equal(now, track[rows]):
+            continue
+        named[rows] = now
+        sure = sureness(time[rows], place[rows], owner, berth)
+        probability[rows] = np.where(now < 0, np.nan, sure)
+        before = np.unique(track[rows])
+        changed += np.unique(now[now >= 0]).tolist()
+        n_places, n_before = n_places + 1, n_before + int((before >= 0).sum())
+    if not changed:
+        return assigned, NONE
+    back = np.argsort(order, kind="stable")
+    told = tuple(sorted(set(changed)))
+    lying = tuple(
+        each
+        for each in told
+        if at_rest[named == each].mean() >= MOSTLY
+        and (each > newest or np.ptp(time[named == each]) >= ALWAYS * (span[1] - span[0]))
+    )
+    is_new = tuple(each for each in told if each > newest)
+    found = Resting(n_places, n_before, told, is_new, lying)
+    return Assigned(named[back], probability[back]), found
+
+
+def _names(
+    known: tuple[FloatArray, IntArray], rows: IntArray, owner: IntArray, following: int
+) -> IntArray:
+    """Return what each object is called: as the track that most of its reports were of."""
+    # Of those that share one the others have new names; who hardly reports is nobody.
+    from scipy.optimize import linear_sum_assignment
+
+    time, track = known
+    size, own = np.bincount(owner), track[rows]
+    tracks = np.unique(own[own >= 0])
+    common = np.zeros((size.size, tracks.size))
+    is_of = own >= 0
+    np.add.at(common, (owner[is_of], np.searchsorted(tracks, own[is_of])), 1.0)
+    first = np.array([time[rows[owner == each][0]] for each in range(size.size)])
+    last = np.array([time[rows[owner == each][-1]] for each in range(size.size)])
+    for column, each in enumerate(tracks.tolist()):
+        # Who is elsewhere meanwhile is another.
+        elsewhere = np.sort(time[np.setdiff1d(np.flatnonzero(track == each), rows)])
+        meanwhile = np.searchsorted(elsewhere, last, "left")
+        meanwhile -= np.searchsorted(elsewhere, first, "right")
+        common[meanwhile > WILD, column] = 0.0
+    common[size < CONFIRMING] = 0.0
+    names = np.full(size.size, -1, dtype=np.int64)
+    for one, other in zip(*linear_sum_assignment(-common), strict=True):
+        if common[one, other] > 0.0:
+            names[one] = tracks[other]
+    is_new = (names < 0) & (size >= CONFIRMING)
+    names[is_new] = following + np.arange(is_new.sum())
+    return names

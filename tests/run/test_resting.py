@@ -1,0 +1,105 @@
+"""Objects at rest that report themselves have names of their own in hindsight."""
+
+import numpy as np
+import polars as pl
+import pytest
+
+import trackweave as tw
+from trackweave.metrics import assignment_quality
+
+SIGMA = 5.0
+
+
+def moving(rng: np.random.Generator, speed: float) -> tuple[np.ndarray, np.ndarray]:
+    time = np.arange(rng.uniform(0.0, 10.0), 3600.0, 10.0)
+    heading = rng.uniform(0.0, 2 * np.pi) + np.cumsum(rng.normal(0.0, 0.02, time.size))
+    steps = speed * 10.0 * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    return time, rng.uniform(-3000.0, 3000.0, 2) + np.cumsum(steps, axis=0)
+
+
+def lying(rng: np.random.Generator, where: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+    interval = rng.uniform(20.0, 120.0)
+    time = np.cumsum(interval * (1.0 + 0.01 * rng.standard_normal(int(3600 / interval))))
+    time = time[rng.random(time.size) < 0.85]
+    return time, np.tile(where, (time.size, 1))
+
+
+def harbour(seed: int, count: int, apart: float, slow: float | None = None) -> pl.DataFrame:
+    """Return an hour of four that move and some that lie beside each other."""
+    rng = np.random.default_rng(seed)
+    objects = [moving(rng, speed) for speed in (3.0, 5.0, 8.0, slow or 6.0)]
+    objects += [lying(rng, (k * apart, 0.0)) for k in range(count)]
+    rows = [
+        (when, *(place + rng.normal(0.0, SIGMA, 2)), str(number))
+        for number, (time, places) in enumerate(objects)
+        for when, place in zip(time, places, strict=True)
+    ]
+    table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    return table.with_columns(pl.col("time").round(1), pl.col("x", "y").round(2))
+
+
+def idf1(table: pl.DataFrame, result: tw.TrackingResult) -> float:
+    found = assignment_quality(table["target"].to_list(), result.reports["track"].to_list()).idf1
+    assert found is not None
+    return found
+
+
+@pytest.fixture(scope="module")
+def crowded() -> tuple[pl.DataFrame, tw.TrackingResult]:
+    table = harbour(2, 5, 14.0)
+    return table, tw.track(table.drop("target"))
+
+
+def test_those_side_by_side_have_names_of_their_own(crowded):
+    table, result = crowded
+    as_it_went = tw.track(table.drop("target"), {"lifecycle": {"join": False}})
+    assert as_it_went.run["resting"] is None
+    assert idf1(table, as_it_went) < 0.9
+    assert idf1(table, result) > 0.97
+    told = result.run["resting"]
+    assert told["places"] == 1
+    assert len(told["tracks"]) == 5
+    assert sum("at rest" in note for note in result.run["notes"]) == 1
+
+
+def test_history_has_the_same_names_and_lies_where_they_lie(crowded):
+    _, result = crowded
+    history = result.history.filter(pl.col("track").is_in(result.run["resting"]["tracks"]))
+    assert set(history["status"]) <= {"confirmed", "coasting"}
+    places = history.group_by("track").agg(pl.col("x", "y").median()).sort("x")
+    assert np.allclose(places["x"], 14.0 * np.arange(5), atol=4.0)
+    assert np.allclose(places["y"], 0.0, atol=4.0)
+
+
+def test_probabilities_are_those_of_now(crowded):
+    _, result = crowded
+    own = result.assignments.filter(pl.col("track").is_in(result.run["resting"]["tracks"]))
+    probability = own["probability"]
+    assert probability.null_count() == 0
+    assert probability.min() > 0.0
+    assert probability.max() <= 1.0
+
+
+def test_who_moves_slowly_is_left_as_it_was():
+    table = harbour(3, 0, 0.0, slow=0.2)
+    with_it = tw.track(table.drop("target"))
+    without = tw.track(table.drop("target"), {"lifecycle": {"join": False}})
+    assert with_it.run["resting"] is None
+    assert with_it.reports["track"].to_list() == without.reports["track"].to_list()
+
+
+def test_identities_tell_who_is_who():
+    table = harbour(2, 4, 14.0)
+    result = tw.track(table.rename({"target": "identity"}))
+    assert result.run["resting"] is None
+
+
+def test_scans_are_left_as_they_were():
+    rng = np.random.default_rng(1)
+    rows = [
+        (float(scan), 12.0 * k + rng.normal(0.0, SIGMA), rng.normal(0.0, SIGMA))
+        for scan in range(60)
+        for k in range(3)
+    ]
+    result = tw.track(pl.DataFrame(rows, ["time", "x", "y"], orient="row"))
+    assert result.run["resting"] is None
