@@ -54,8 +54,8 @@ class Resting(NamedTuple):
         return [
             f"{counted(len(self.names), 'object')} at rest at {counted(self.places, 'place')}, "
             f"where {counted(self.before, 'track')} had been, told apart in hindsight by where and"
-            " at which intervals they report (run.json: resting); tracks keep what was known then, "
-            "assignments and history are those of now"
+            " at which intervals they report (run.json: resting); tracks keep what was known "
+            "then, assignments and history are those of now"
         ]
 
     def as_record(self) -> dict[str, Any] | None:
