@@ -27,7 +27,7 @@ MUST = {
     "interleaved": 0.98, "fast_minority": 0.99, "short_reach": 0.98, "silent_minute": 0.95,
 }  # fmt: skip
 AIS = {80: (11, 12, 13), 300: (11,)}
-AIS_MUST = 0.93
+AIS_MUST = 0.95
 NEAREST = {"tracker": {"kind": "nearest-neighbour"}}
 SIGMA = {"sensors": {"default": {"sigma": 10.0}}}
 

@@ -29,6 +29,7 @@ REPORTS_PER_GROUP, FEWEST_GROUPS, UNSTEADY = 12, 6, 0.005
 NEAR = 0.25
 LEAST_SHARE = 0.7
 LEAST_TURNS = 2.0
+SELDOM = 10.0  # A told period may be so many times as short as reports alone can tell
 LEAST_TURNS_AT_FIRST = 0.1
 # A period that is given may be wrong by this share.
 PERIOD_ERROR = 0.1
@@ -181,6 +182,9 @@ def _possible_rates(
     least = LEAST_TURNS_AT_FIRST
     if period is not None:
         turns = span / period
+        if turns > SELDOM * most:
+            # A beam that is met once in many turns is met by chance.
+            return np.empty(0)
         least, most = turns * (1 - PERIOD_ERROR), turns * (1 + PERIOD_ERROR) + 1 / STEPS_PER_TURN
     rates = 2 * np.pi / span * np.arange(least, most, 1 / STEPS_PER_TURN)
     parts = [sense * rates for sense in (-1, 1) if direction in (None, sense)]
