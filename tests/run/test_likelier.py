@@ -1,6 +1,6 @@
 """Where objects keep together, their distance is no noise: tracks that are likelier say so."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import polars as pl
@@ -9,6 +9,7 @@ import pytest
 import trackweave as tw
 from trackweave.config import load_configuration
 from trackweave.estimation.estimate import estimate
+from trackweave.estimation.estimates import Estimates
 from trackweave.metrics import assignment_quality
 from trackweave.run.kept import Kept
 from trackweave.run.likelier import likelier, told_by_tracks
@@ -85,12 +86,28 @@ def test_a_told_noise_of_a_winding_pack_finds_its_process_noise() -> None:
     assert quality.idf1 > 0.9
 
 
-def test_what_else_was_found_out_stays() -> None:
-    reports = tw.read_reports(tags(20.0).drop("target"))
+@dataclass(frozen=True)
+class Asked:
+    """What tags that keep together were found to be, and what it was asked with."""
+
+    reports: tw.ReportTable
+    before: Estimates
+    kept: Kept
+    found: Estimates | None
+
+
+@pytest.fixture(scope="module")
+def asked() -> Asked:
+    reports, kept = tw.read_reports(tags(20.0).drop("target")), Kept()
     estimates = estimate(reports)
     sensor = replace(estimates.sensors["default"], sigma_height=35.0, height_offset=4.0)
     estimates = replace(estimates, sensors={"default": sensor}, notes=("Echoes are left out.",))
-    found = likelier(estimates, reports, load_configuration(None), Kept())
+    found = likelier(estimates, reports, load_configuration(None), kept)
+    return Asked(reports, estimates, kept, found)
+
+
+def test_what_else_was_found_out_stays(asked: Asked) -> None:
+    found = asked.found
     assert found is not None
     assert found.sensors["default"].sigma_height == 35.0
     assert found.sensors["default"].height_offset == 4.0
@@ -98,16 +115,15 @@ def test_what_else_was_found_out_stays() -> None:
     assert len(found.notes) == 2
 
 
+def test_attempts_of_a_run_take_what_the_first_one_found(
+    asked: Asked, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("trackweave.run.likelier.Stretch", None)
+    again = likelier(asked.before, asked.reports, load_configuration(None), asked.kept)
+    assert again is asked.found
+
+
 def test_what_is_as_likely_is_left_as_it_was() -> None:
     reports = tw.read_reports(tags(500.0).drop("target"))
     estimates = estimate(reports)
     assert likelier(estimates, reports, load_configuration(None), Kept()) is None
-
-
-def test_attempts_of_a_run_take_what_the_first_one_found() -> None:
-    reports, kept = tw.read_reports(tags(20.0).drop("target")), Kept()
-    configuration = load_configuration(None)
-    found = likelier(estimate(reports), reports, configuration, kept)
-    assert likelier(estimate(reports), reports, configuration, kept) is found
-    again = likelier(estimate(reports), reports, configuration, Kept())
-    assert again == found
