@@ -1,5 +1,7 @@
 """Where objects that report themselves lie: places from which reports come for long."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -67,14 +69,17 @@ def places_of(
     by_cell = np.split(np.argsort(number, kind="stable"), np.cumsum(count)[:-1])
     beside = _beside(cells)
     still = np.zeros(rows.size, dtype=np.bool_)
-    for each, others in enumerate(beside):
-        if count[others].sum() > FEWEST:
-            own = by_cell[each]
-            near = np.sort(time[rows[np.concatenate([by_cell[other] for other in others])]])
-            soon = np.searchsorted(near, time[rows[own]] + long, "right")
-            soon -= np.searchsorted(near, time[rows[own]] - long, "left")
-            still[own] = near.size - soon >= FEWEST
-    region = _regions(beside, np.bincount(number[still], minlength=len(cells)) > 0)
+    for each in np.flatnonzero(beside @ count > FEWEST).tolist():
+        own, others = by_cell[each], beside.indices[beside.indptr[each] : beside.indptr[each + 1]]
+        near = np.sort(time[rows[np.concatenate([by_cell[other] for other in others])]])
+        soon = np.searchsorted(near, time[rows[own]] + long, "right")
+        soon -= np.searchsorted(near, time[rows[own]] - long, "left")
+        still[own] = near.size - soon >= FEWEST
+    from scipy.sparse.csgraph import connected_components
+
+    used = np.unique(number[still])
+    region = np.full(len(cells), -1)
+    region[used] = connected_components(beside[used][:, used], directed=False)[1]
     at_rest = np.flatnonzero(still)
     of = region[number[at_rest]]
     parts = [rows[at_rest[of == each]] for each in np.unique(of)]
@@ -122,25 +127,11 @@ def _go_on(mean: FloatArray, first: IntArray, last: IntArray) -> NDArray[np.bool
     return goes_on
 
 
-def _beside(cells: IntArray) -> list[IntArray]:
-    """Return for each cell the numbers of those that touch it, itself among them."""
-    known = {tuple(each): index for index, each in enumerate(cells.tolist())}
-    steps = np.stack(np.meshgrid(*[[-1, 0, 1]] * cells.shape[1]), axis=-1)
-    steps = steps.reshape(-1, cells.shape[1])
-    return [
-        np.array([known[each] for each in map(tuple, (cell + steps).tolist()) if each in known])
-        for cell in cells
-    ]
+def _beside(cells: IntArray) -> Any:
+    """Return a sparse matrix of which cells touch, each itself among them."""
+    from scipy.sparse import coo_matrix, eye
+    from scipy.spatial import cKDTree
 
-
-def _regions(beside: list[IntArray], is_used: NDArray[np.bool_]) -> IntArray:
-    """Return the number of the region of each used cell; those that touch are of one."""
-    region = np.full(is_used.size, -1, dtype=np.int64)
-    for first in np.flatnonzero(is_used).tolist():
-        waiting = [first] if region[first] < 0 else []
-        while waiting:
-            each = waiting.pop()
-            if region[each] < 0:
-                region[each] = first
-                waiting += [o for o in beside[each].tolist() if is_used[o] and region[o] < 0]
-    return region
+    one, other = cKDTree(cells).query_pairs(1.5, p=np.inf, output_type="ndarray").T
+    touching = coo_matrix((np.ones(one.size, dtype=np.int64), (one, other)), (len(cells),) * 2)
+    return (touching + touching.T + eye(len(cells), dtype=np.int64)).tocsr()
