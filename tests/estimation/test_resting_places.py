@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackweave.estimation.resting_places import grain_of, places_of
+from trackweave.estimation.resting_places import densest, grain_of, places_of
 
 SIGMA = 5.0
 
@@ -32,3 +32,29 @@ def test_a_place_is_where_reports_come_for_long():
 def test_nothing_is_at_rest_without_tracks():
     nothing = np.full(20, -1)
     assert places_of(np.arange(20.0), np.zeros((20, 2)), nothing, SIGMA) == []
+
+
+def test_the_densest_places_are_where_most_lie():
+    rng = np.random.default_rng(7)
+    crowd, few = rng.normal(0.0, SIGMA, (60, 2)), rng.normal(200.0, SIGMA, (20, 2))
+    first, second, *_ = densest(np.vstack([few, crowd]), SIGMA**2)
+    assert np.linalg.norm(first) < 2 * SIGMA
+    assert np.linalg.norm(second) < 100.0 or np.linalg.norm(second - 200.0) < 3 * SIGMA
+    apart = [np.linalg.norm(a - b) for a in (first,) for b in (second,)]
+    assert min(apart) > SIGMA
+
+
+def test_nothing_is_dense_where_each_lies_alone():
+    assert densest(np.arange(20.0).reshape(10, 2) * 100.0, SIGMA**2) == []
+
+
+def test_who_moves_slowly_is_on_its_way_throughout():
+    rng, time = np.random.default_rng(1), np.arange(0.0, 5400.0, 90.0)
+    moving = np.column_stack([time, rng.normal(0.0, SIGMA, (60, 2))])
+    moving[:, 2] += 0.02 * time
+    still = np.column_stack([time + 40.0, rng.normal((3.0, 50.0), SIGMA, (60, 2))])
+    rows = np.vstack([moving, still])
+    rows = rows[order := np.argsort(rows[:, 0], kind="stable")]
+    track = np.repeat([0, 1], 60)[order]
+    (place,) = places_of(rows[:, 0], rows[:, 1:], track, SIGMA)
+    assert np.mean(track[place] == 1) > 0.9

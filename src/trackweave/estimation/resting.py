@@ -16,6 +16,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation._resting import SIZE, absence, fit_rhythm, part_two, weigh
+from trackweave.estimation.resting_places import densest
 
 __all__ = ["Berth", "Chain", "chain_of", "parted", "sureness"]
 
@@ -23,7 +24,9 @@ KNOWN, OF_USUAL = 4.0, 0.6
 """An object's variance is of an inverse gamma distribution: its shape, and its scale over that as
 a part of the usual variance."""
 NEW = 2.0  # What one more object costs beside where, when and how often it is [nats]
-BESIDE = 6.0  # Objects are tried with each other that lie within so many deviations
+BESIDE, CLOSE = 6.0, 3.0
+"""Objects are tried with each other that lie within so many deviations, from several beginnings
+within so many."""
 FEWEST, OF_TWO = 3, 6  # Reports of an object that is taken out of a crowd; of two
 CROWD = 20  # So many are looked through for several at once
 ROUNDS, STEPS = 8, 4
@@ -31,9 +34,7 @@ SPLIT = 0.5  # A step that adds an object gains so much [nats]
 MOST_INTERVALS, STEP, APART, SHORTEST = 2, 0.03, 0.08, 8.0
 """So many intervals are tried, of lags counted in such steps of the logarithm, so far apart, and
 of so many times the grain of times at least."""
-SEEDS, DENSE = 4, 2.0
 MOST_REPORTS = 300  # Chains of more are made in stretches
-SAMPLE = 150
 
 _Start = tuple[FloatArray, FloatArray, FloatArray]
 
@@ -92,8 +93,10 @@ def chain_of(time: FloatArray, place: FloatArray, berth: Berth) -> Chain:
     return Chain(where + when + ends - NEW, mean, scatter / (KNOWN + free), rhythm)
 
 
-def parted(time: FloatArray, place: FloatArray, owner: IntArray, berth: Berth) -> IntArray:
-    """Return which object each report of a place is of.
+def parted(
+    time: FloatArray, place: FloatArray, owner: IntArray, berth: Berth
+) -> tuple[IntArray, float]:
+    """Return which object each report of a place is of, and how much likelier that is.
 
     Parameters
     ----------
@@ -108,17 +111,20 @@ def parted(time: FloatArray, place: FloatArray, owner: IntArray, berth: Berth) -
 
     Returns
     -------
-    The number of an object for each report, from 0.
+    The number of an object for each report, from 0, and by how much that is likelier than the
+    owners before, over all stretches [nats].
     """
     n_stretches = -(-time.size // MOST_REPORTS)
     parts = np.array_split(np.arange(time.size), n_stretches)
     edges = [berth.begin, *(float(time[part[0]]) for part in parts[1:]), berth.end]
-    number, count = np.empty(time.size, dtype=np.int64), 0
+    number, count, gain = np.empty(time.size, dtype=np.int64), 0, 0.0
     last: list[tuple[int, IntArray]] = []
     for index, part in enumerate(parts):
         own = berth._replace(begin=edges[index], end=edges[index + 1])
         chains = _Chains(time[part], place[part], own, owner[part])
+        before = chains.likelihood(chains.chains)
         chains.search()
+        gain += chains.likelihood(chains.chains) - before
         found = [part[rows] for rows in chains.chains]
         both = berth._replace(begin=edges[max(index - 1, 0)], end=edges[index + 1])
         names = _followed((time, place), last, found, both)
@@ -128,7 +134,7 @@ def parted(time: FloatArray, place: FloatArray, owner: IntArray, berth: Berth) -
                 name, count = count, count + 1
             number[rows] = name
             last.append((name, rows))
-    return number
+    return number, gain
 
 
 def sureness(time: FloatArray, place: FloatArray, owner: IntArray, berth: Berth) -> FloatArray:
@@ -245,7 +251,7 @@ class _Chains:
         queue = [(a, b) for index, a in enumerate(self.chains) for b in self.chains[:index]]
         while queue:
             one, other = queue.pop(0)
-            if not (self._are_beside(one, other) and self._is_new(one, other)):
+            if not (self._are_within(BESIDE, one, other) and self._is_new(one, other)):
                 continue
             rows = np.union1d(one, other)
             value, parts = self._best_two(rows, [one, other])
@@ -258,9 +264,9 @@ class _Chains:
                 changed = True
         return changed
 
-    def _are_beside(self, one: IntArray, other: IntArray) -> bool:
+    def _are_within(self, far: float, one: IntArray, other: IntArray) -> bool:
         off = self.of(one).mean - self.of(other).mean
-        return float(off @ off) < BESIDE**2 * self.berth.variance
+        return float(off @ off) < far**2 * self.berth.variance
 
     def _parted_crowds(self) -> bool:
         """Part a chain in several at once where no parting in two is likelier."""
@@ -305,15 +311,16 @@ class _Chains:
         """Yield guesses of two objects: as they are, by where reports lie, and by when."""
         if len(groups) == 2:
             yield _objects(map(self.of, groups))
+            if not self._are_within(CLOSE, *groups):
+                return
         place = self.place[rows]
         middle = place.mean(axis=0)
         off = place - middle
         means = [np.stack([middle, middle])]
-        for axis in np.linalg.svd(off, full_matrices=False)[2]:
-            is_beyond = off @ axis > np.median(off @ axis)
-            if 0 < is_beyond.sum() < rows.size:
-                sides = place[~is_beyond], place[is_beyond]
-                means.append(np.stack([side.mean(axis=0) for side in sides]))
+        for along in np.linalg.svd(off, full_matrices=False)[2] @ off.T:
+            is_beyond = along > np.median(along)
+            if is_beyond.any():
+                means.append(np.stack([place[~is_beyond].mean(0), place[is_beyond].mean(0)]))
         variance = np.full(2, OF_USUAL * self.berth.variance)
         *paced, free = self._rhythms(rows)
         pairs = [(a, b) for index, a in enumerate(paced) for b in paced[index:]] + [(free, free)]
@@ -368,7 +375,7 @@ class _Chains:
         most, best = 0.0, np.arange(rows.size)
         owner = np.empty(rows.size, dtype=np.int64)
         for rhythm in self._rhythms(rows)[:-1]:
-            for seed in self._seeds(place):
+            for seed in densest(place, berth.variance):
                 mean = np.stack([seed, middle])
                 variance = np.array([OF_USUAL * berth.variance, wide])
                 rhythms = np.stack([rhythm, any_rhythm])
@@ -383,18 +390,3 @@ class _Chains:
                 if own.size >= FEWEST and chain.likelihood - own.size * as_any > most:
                     most, best = chain.likelihood - own.size * as_any, own
         return best
-
-    def _seeds(self, place: FloatArray) -> list[FloatArray]:
-        """Return where reports lie densest, apart from each other."""
-        some = place[:: -(-place.shape[0] // SAMPLE)]
-        off = ((some[:, None] - some) ** 2).sum(axis=2) / self.berth.variance
-        density = (off < DENSE).sum(axis=1)
-        seeds, far = [], np.full(some.shape[0], np.inf)
-        for _ in range(SEEDS):
-            left = np.where(far > DENSE, density, 0)
-            chosen = int(left.argmax())
-            if left[chosen] < FEWEST:
-                break
-            seeds.append(some[chosen])
-            far = np.minimum(far, off[chosen])
-        return seeds

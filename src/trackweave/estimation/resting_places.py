@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 
-__all__ = ["grain_of", "places_of"]
+__all__ = ["densest", "grain_of", "places_of"]
 
 WIDE = 3.0  # Reports of one place lie within so many deviations of others
 LONG = 10.0  # What lies there still after so many usual waits is at rest
@@ -17,6 +17,39 @@ PIECES, SLOWER, STRAIGHT, FAR, EVENLY = 5, 4, 0.7, 3.0, 0.4
 that of the next, of so many times more each time: such a share of the way leads anywhere, so many
 deviations far; of several reports each time, by such a part of an even step each time."""
 GRAINS = 60.0, 10.0, 1.0, 0.1, 0.01, 0.001
+SHORT = 10  # Who moves before and after fewer reports, and is elsewhere then, moves meanwhile
+
+SEEDS, DENSE, SEVERAL, SAMPLE = 4, 2.0, 3, 150
+"""So many places at most are dense, where within so many squares of sigma so many lie, itself
+among them, of a sample of so many."""
+
+
+def densest(place: FloatArray, variance: float) -> list[FloatArray]:
+    """Return where reports lie densest, apart from each other.
+
+    Parameters
+    ----------
+    place
+        Where they are [m], shape (reports, dimensions).
+    variance
+        Of the usual noise along an axis [m²].
+
+    Returns
+    -------
+    At most four places, the densest first.
+    """
+    some = place[:: -(-place.shape[0] // SAMPLE)]
+    off = ((some[:, None] - some) ** 2).sum(axis=2) / variance
+    density = (off < DENSE).sum(axis=1)
+    seeds, far = [], np.full(some.shape[0], np.inf)
+    for _ in range(SEEDS):
+        left = np.where(far > DENSE, density, 0)
+        chosen = int(left.argmax())
+        if left[chosen] < SEVERAL:
+            break
+        seeds.append(some[chosen])
+        far = np.minimum(far, off[chosen])
+    return seeds
 
 
 def grain_of(time: FloatArray) -> float:
@@ -112,6 +145,10 @@ def _on_the_way(place: FloatArray, track: IntArray, sigma: float) -> NDArray[np.
                 is_straight &= _go_on(mean, first, last)
             moves[rows[is_straight[piece]]] = True
             together *= SLOWER
+        on_way = np.flatnonzero(moves[rows])
+        led = np.linalg.norm(np.diff(place[rows[on_way]], axis=0), axis=1)
+        for gap in np.flatnonzero((np.diff(on_way) <= SHORT) & (led > FAR * sigma)).tolist():
+            moves[rows[on_way[gap] : on_way[gap + 1]]] = True
     return moves
 
 

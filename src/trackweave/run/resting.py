@@ -21,6 +21,7 @@ from trackweave.summaries import counted
 
 __all__ = ["Resting", "told_apart"]
 
+CLEAR = 20.0  # Nothing changes at a place where that is not likelier by so much [nats]
 CONFIRMING = 3  # Fewer reports are of nobody
 MOSTLY, ALWAYS = 0.9, 0.8
 """Who was at rest at so many of its reports lies still if it was heard for so much of the time, or
@@ -94,12 +95,12 @@ def told_apart(
         at_rest[rows] = True
         extent = float(np.prod(np.ptp(place[rows], axis=0) + 2.0 * sigma))
         berth = Berth(sigma**2, extent, span[0], span[1], span[2])
-        owner = parted(time[rows], place[rows], track[rows], berth)
+        owner, gain = parted(time[rows], place[rows], track[rows], berth)
+        if gain < CLEAR:
+            continue
         names = _names((time, named), rows, owner, next_name)
         next_name = max(next_name, int(names.max(initial=0)) + 1)
         now = names[owner]
-        if np.array_equal(now, track[rows]):
-            continue
         named[rows] = now
         sure = sureness(time[rows], place[rows], owner, berth)
         probability[rows] = np.where(now < 0, np.nan, sure)
