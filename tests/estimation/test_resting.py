@@ -236,3 +236,13 @@ def test_the_same_reports_give_the_same_bytes():
     first, again = (parted(time, place, begin, berth) for _ in range(2))
     assert first[0].tobytes() == again[0].tobytes()
     assert first[1] == again[1]
+
+
+def test_hundreds_of_one_stamp_are_parted_too():
+    rng = np.random.default_rng(2)
+    time = np.repeat([0.0, 60.0], 350)
+    place = rng.normal(0.0, 6.0, (700, 2))
+    berth = Berth(36.0, 1e4, 0.0, 60.0, GRAIN)
+    owner, gain = parted(time, place, np.tile(np.arange(350), 2) // 2, berth)
+    assert owner.shape == time.shape
+    assert np.isfinite(gain)

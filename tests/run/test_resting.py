@@ -8,6 +8,15 @@ import trackweave as tw
 from trackweave.metrics import assignment_quality
 
 SIGMA = 5.0
+ALL_TOLD = {
+    "motion": {"process_noise": 0.01, "max_speed": 5.0},
+    "sensors": {
+        "default": {
+            "sigma": SIGMA, "scans": False, "detection_probability": 0.1, "clutter_density": 1e-12,
+        }
+    },
+    "lifecycle": {"new_target_density": 1e-11, "initial_target_density": 1e-8},
+}  # fmt: skip
 
 
 def moving(rng: np.random.Generator, speed: float) -> tuple[np.ndarray, np.ndarray]:
@@ -80,10 +89,41 @@ def test_probabilities_are_those_of_now(crowded):
     assert probability.max() <= 1.0
 
 
+def test_who_comes_to_rest_or_leaves_keeps_its_name():
+    rng, rows = np.random.default_rng(1), []
+
+    def heard(name: str, time: np.ndarray, where: np.ndarray) -> None:
+        place = where + rng.normal(0.0, SIGMA, where.shape)
+        rows.extend((t, x, y, name) for t, (x, y) in zip(time, place, strict=True))
+
+    for k in range(3):
+        time = np.arange(rng.uniform(0.0, 180.0), 7200.0, 180.0)
+        heard(f"moored {k}", time, np.tile((25.0 * k, 0.0), (time.size, 1)))
+    for k, turn in enumerate((1500.0, 4000.0)):
+        berth, out = np.array([12.5 + 25.0 * k, 20.0]), np.array([3000.0 - 6000.0 * k, 2500.0])
+        way = np.arange(rng.uniform(0.0, 30.0), turn, 30.0)
+        moving = berth + (out - berth) * (1.0 - way[:, np.newaxis] / turn)
+        stay = np.arange(turn + rng.uniform(20.0, 180.0), 7200.0, 180.0)
+        lying = np.tile(berth, (stay.size, 1))
+        if k:  # this one leaves: the same backwards
+            way, stay = 7200.0 - way[::-1], 7200.0 - stay[::-1]
+            moving = moving[::-1]
+        heard(f"ship {k}", way, moving)
+        heard(f"ship {k}", stay, lying)
+    table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    table = table.with_columns(pl.col("time").round(1), pl.col("x", "y").round(2))
+    result = tw.track(table.drop("target"), ALL_TOLD)
+    told = result.run["resting"]
+    assert told is not None
+    assert idf1(table, result) > 0.97
+    assert len(told["tracks"]) == 5
+
+
 def test_who_moves_slowly_is_left_as_it_was():
     table = harbour(3, 0, 0.0, slow=0.2)
-    with_it = tw.track(table.drop("target"))
-    without = tw.track(table.drop("target"), {"lifecycle": {"join": False}})
+    with_it = tw.track(table.drop("target"), ALL_TOLD)
+    no_join = {**ALL_TOLD, "lifecycle": {**ALL_TOLD["lifecycle"], "join": False}}
+    without = tw.track(table.drop("target"), no_join)
     assert with_it.run["resting"] is None
     assert with_it.reports["track"].to_list() == without.reports["track"].to_list()
 

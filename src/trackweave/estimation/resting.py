@@ -53,6 +53,11 @@ class Berth(NamedTuple):
         """What kernels take."""
         return self.begin, self.end, self.grain
 
+    @property
+    def length(self) -> float:
+        """How long it was heard [s]; stretches of one stamp have a length too."""
+        return max(self.end - self.begin, self.grain)
+
 
 class Chain(NamedTuple):
     """The reports of one object."""
@@ -88,7 +93,7 @@ def chain_of(time: FloatArray, place: FloatArray, berth: Berth) -> Chain:
         + math.lgamma(KNOWN + free) - math.lgamma(KNOWN)
         - free * math.log(2.0 * math.pi) - dim / 2 * math.log(n) - math.log(berth.extent)
     )  # fmt: skip
-    when = fit_rhythm(np.diff(time), berth.grain, rhythm) - math.log(berth.end - berth.begin)
+    when = fit_rhythm(np.diff(time), berth.grain, rhythm) - math.log(berth.length)
     ends = absence(time[0] - berth.begin, rhythm) + absence(berth.end - time[-1], rhythm)
     return Chain(where + when + ends - NEW, mean, scatter / (KNOWN + free), rhythm)
 
@@ -331,7 +336,7 @@ class _Chains:
     def _rhythms(self, rows: IntArray) -> list[FloatArray]:
         """Return the rhythms that lags between reports near each other tell of, none the last."""
         berth = self.berth
-        free = np.array([0.0, 0.02, 0.5, rows.size / (2.0 * (berth.end - berth.begin))])
+        free = np.array([0.0, 0.02, 0.5, rows.size / (2.0 * berth.length)])
         few = rows[:: -(-rows.size // MOST_REPORTS)]
         one, other = np.triu_indices(few.size, 1)
         lag = self.time[few][other] - self.time[few][one]
@@ -369,7 +374,7 @@ class _Chains:
         place, berth = self.place[rows], self.berth
         middle, dim = place.mean(axis=0), place.shape[1]
         wide = float(((place - middle) ** 2).mean()) + berth.variance
-        rate = rows.size / (berth.end - berth.begin)
+        rate = rows.size / berth.length
         as_any = -0.5 * dim * (math.log(2.0 * math.pi * wide) + 1.0) + math.log(rate)
         any_rhythm = np.array([0.0, 0.02, 0.5, rate])
         most, best = 0.0, np.arange(rows.size)

@@ -144,6 +144,7 @@ def in_hindsight(
         )
         history = _together(moving, still)
     tracks = as_known if ghosts.changed else tracks
+    resting = resting.called(assigned.track)
     return Hindsight(tracks, history, assigned, lineage, joined, ghosts, resting)
 
 

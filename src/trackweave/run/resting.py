@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
@@ -26,6 +27,9 @@ CONFIRMING = 3  # Fewer reports are of nobody
 MOSTLY, ALWAYS = 0.9, 0.8
 """Who was at rest at so many of its reports lies still if it was heard for so much of the time, or
 was not known before to come or go."""
+LATE, PACED, REACH = 3.0, 3, 6.0
+"""Who comes to rest lies there within so many waits of where it is then, with the speed of so many
+reports, and so many deviations."""
 WILD = 1  # So many reports elsewhere are none of a track's own
 
 
@@ -34,9 +38,15 @@ class Resting(NamedTuple):
 
     places: int
     before: int  # How many tracks there were at these places
-    names: tuple[int, ...]  # What they are called now that differ from then
+    names: tuple[int, ...]  # What those that lie there are called now
     is_new: tuple[int, ...]  # Which of these no track had
     still: tuple[int, ...]  # Who lay at one place all the time
+    rows: IntArray  # The reports of these places
+
+    def called(self, track: IntArray) -> "Resting":
+        """Return the same under the last names, those of the tracks of all reports."""
+        own = track[self.rows]
+        return self._replace(names=tuple(np.unique(own[own >= 0]).tolist()))
 
     def separated(self, history: TrackTable) -> tuple[TrackTable, TrackTable]:
         """Return the history of those that moved or came or went, and that of the others."""
@@ -66,7 +76,7 @@ class Resting(NamedTuple):
         return {"places": self.places, "before": self.before, "tracks": [*self.names]}
 
 
-NONE = Resting(0, 0, (), (), ())
+NONE = Resting(0, 0, (), (), (), np.empty(0, dtype=np.int64))
 
 
 def told_apart(
@@ -88,9 +98,8 @@ def told_apart(
     sigma = float(np.mean([each.sigmas(reports.dim).mean() for each in sensors]))
     span = float(time[0]), float(time[-1]), grain_of(time)
     named, probability = track.copy(), assigned.probability[order]
-    changed: list[int] = []
-    n_places, n_before, next_name = 0, 0, newest + 1
-    at_rest = np.zeros(time.size, dtype=np.bool_)
+    at_rest, anew = np.zeros((2, time.size), dtype=np.bool_)
+    n_places, next_name = 0, newest + 1
     for rows in places_of(time, place, track, sigma):
         at_rest[rows] = True
         extent = float(np.prod(np.ptp(place[rows], axis=0) + 2.0 * sigma))
@@ -100,26 +109,65 @@ def told_apart(
             continue
         names = _names((time, named), rows, owner, next_name)
         next_name = max(next_name, int(names.max(initial=0)) + 1)
-        now = names[owner]
-        named[rows] = now
+        named[rows], anew[rows], n_places = names[owner], True, n_places + 1
         sure = sureness(time[rows], place[rows], owner, berth)
-        probability[rows] = np.where(now < 0, np.nan, sure)
-        before = np.unique(track[rows])
-        changed += np.unique(now[now >= 0]).tolist()
-        n_places, n_before = n_places + 1, n_before + int((before >= 0).sum())
-    if not changed:
+        probability[rows] = np.where(named[rows] < 0, np.nan, sure)
+    for sense in (1.0, -1.0):
+        _continue(sense * time, place, named, (anew, at_rest, sigma))
+    if np.array_equal(named, track):
         return assigned, NONE
-    back = np.argsort(order, kind="stable")
-    told = tuple(sorted(set(changed)))
-    lying = tuple(
+    told = np.unique(named[anew & (named >= 0)]).tolist()
+    still = tuple(
         each
         for each in told
         if at_rest[named == each].mean() >= MOSTLY
         and (each > newest or np.ptp(time[named == each]) >= ALWAYS * (span[1] - span[0]))
     )
     is_new = tuple(each for each in told if each > newest)
-    found = Resting(n_places, n_before, told, is_new, lying)
+    n_before = np.unique(track[anew & (track >= 0)]).size
+    found = Resting(n_places, n_before, tuple(told), is_new, still, order[anew])
+    back = np.argsort(order, kind="stable")
     return Assigned(named[back], probability[back]), found
+
+
+def _continue(
+    time: FloatArray,
+    place: FloatArray,
+    named: IntArray,
+    found: tuple[NDArray[np.bool_], NDArray[np.bool_], float],
+) -> None:
+    """Give those at rest the name of who arrived there just before, in place.
+
+    With times that run backwards, give who left just after the name of who lay there.
+    """
+    # ``found`` are the reports that have their owners anew, all those at rest, and the noise [m].
+    anew, at_rest, sigma = found
+    forwards = time[-1] >= time[0]
+    order = np.arange(time.size) if forwards else np.arange(time.size)[::-1]
+    of = named[order]
+    last = {int(each): row for row, each in zip(order, of, strict=True) if each >= 0}
+    pairs = []
+    for name in np.unique(named[anew & (named >= 0)]).tolist():
+        rows = order[of == name]
+        if rows.size < CONFIRMING:
+            continue
+        wait, begin = float(np.median(np.diff(time[rows]))), time[rows[0]]
+        middle = place[rows[at_rest[rows]]].mean(axis=0)
+        for other, row in last.items():
+            gap = begin - time[row]
+            if other != name and not at_rest[row] and 0.0 < gap <= LATE * wait:
+                off = float(np.linalg.norm(place[row] - middle))
+                way = order[of == other][-PACED:]
+                pace = np.linalg.norm(place[way[-1]] - place[way[0]])
+                pace /= max(time[way[-1]] - time[way[0]], 1e-9)
+                if off <= pace * gap + REACH * sigma:
+                    pairs.append((off, name, other))
+    done: set[int] = set()
+    for _, name, other in sorted(pairs):
+        if not {name, other} & done:
+            done |= {name, other}
+            early, late = (other, name) if forwards else (name, other)
+            named[named == late] = early
 
 
 def _names(
