@@ -264,8 +264,9 @@ class _Rates:
             share = _marginals(pairs, total)
             n_stood = float(share @ np.exp(np.log(stops) + stood - either))
             stops = (STOPS * BELIEVED + n_stood) / (BELIEVED + float(share.sum()))
-            ended = np.bincount(pairs.end, share, pairs.ends.size)
-            begun = np.bincount(pairs.begin, share, pairs.begins.size)
+            # Where pairs make circles their probabilities may add up to more than one.
+            ended = np.minimum(np.bincount(pairs.end, share, pairs.ends.size), 1.0)
+            begun = np.minimum(np.bincount(pairs.begin, share, pairs.begins.size), 1.0)
         return total, share
 
     def _new(self, begun: FloatArray) -> FloatArray:
