@@ -92,6 +92,7 @@ def _others() -> Iterator[Task]:
     two = recording_of("position", n_sensors=2)
     for name, keys in OTHERWISE.items():
         yield f"track with {name}", partial(_track_with, two, keys)
+    yield "track, tags at rest", _at_rest
     yield "track with identities", lambda: track(_with_identities(two))
     for preset in PRESETS:
         yield f"track, preset {preset}", partial(track, two.reports, two.config, preset=preset)
@@ -125,6 +126,18 @@ def _track_with(recording: Recording, keys: Mapping[str, Any]) -> None:
         else:
             config[name] = {**config.get(name, {}), **table}
     track(recording.reports, config)
+
+
+def _at_rest() -> None:
+    """Track two tags that lie side by side and report each minute."""
+    rng = generator_of(2)
+    tags = [
+        pl.DataFrame({"time": 60.0 * pl.arange(40, eager=True) + 25.0 * tag})
+        .with_columns(x=12.0 * tag + pl.Series(rng.normal(0.0, 5.0, 40)))
+        .with_columns(y=pl.Series(rng.normal(0.0, 5.0, 40)))
+        for tag in range(2)
+    ]
+    track(pl.concat(tags), {"sensors": {"default": {"scans": False, "sigma": 5.0}}})
 
 
 def _with_identities(recording: Recording) -> pl.DataFrame:
