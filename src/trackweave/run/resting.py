@@ -39,7 +39,6 @@ class Resting(NamedTuple):
     places: int
     before: int  # How many tracks there were at these places
     names: tuple[int, ...]  # What those that lie there are called now
-    is_new: tuple[int, ...]  # Which of these no track had
     still: tuple[int, ...]  # Who lay at one place all the time
     rows: IntArray  # The reports of these places
 
@@ -54,9 +53,10 @@ class Resting(NamedTuple):
         return history.at(~is_still), history.at(is_still)
 
     def confirmed(self, history: TrackTable) -> TrackTable:
-        """Return a history in which objects are believed that no track was of."""
-        is_new = np.isin(history.track, self.is_new) & (history.status == TENTATIVE)
-        return replace(history, status=np.where(is_new, CONFIRMED, history.status))
+        """Return a history in which all of them are believed."""
+        doubted = np.setdiff1d(self.names, history.track[history.status > TENTATIVE])
+        is_doubted = np.isin(history.track, doubted)
+        return replace(history, status=np.where(is_doubted, CONFIRMED, history.status))
 
     def notes(self) -> list[str]:
         """Return a sentence, if anything changed."""
@@ -76,7 +76,7 @@ class Resting(NamedTuple):
         return {"places": self.places, "before": self.before, "tracks": [*self.names]}
 
 
-NONE = Resting(0, 0, (), (), (), np.empty(0, dtype=np.int64))
+NONE = Resting(0, 0, (), (), np.empty(0, dtype=np.int64))
 
 
 def told_apart(
@@ -123,9 +123,8 @@ def told_apart(
         if at_rest[named == each].mean() >= MOSTLY
         and (each > newest or np.ptp(time[named == each]) >= ALWAYS * (span[1] - span[0]))
     )
-    is_new = tuple(each for each in told if each > newest)
     n_before = np.unique(track[anew & (track >= 0)]).size
-    found = Resting(n_places, n_before, tuple(told), is_new, still, order[anew])
+    found = Resting(n_places, n_before, tuple(told), still, order[anew])
     back = np.argsort(order, kind="stable")
     return Assigned(named[back], probability[back]), found
 
