@@ -15,8 +15,6 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
-from trackweave.estimation.resting import Berth, parted, sureness
-from trackweave.estimation.resting_places import grain_of, places_of
 from trackweave.run.record import Assigned
 from trackweave.summaries import counted
 
@@ -92,6 +90,10 @@ def told_apart(
         and all(each.scans is False and each.measurement.is_position for each in sensors)
     ):
         return assigned, NONE
+    # Most runs need none of this.
+    from trackweave.estimation.resting import Berth, parted, sureness
+    from trackweave.estimation.resting_places import grain_of, places_of
+
     order = np.argsort(reports.time, kind="stable")
     time, place = reports.time[order], reports.measurement[order]
     track = assigned.track[order]
