@@ -46,13 +46,14 @@ for i, j in product(range(2), range(4)):
         *np.array([tracks[i], reports[j]]).T, color="tab:blue", lw=8 * ours[i, j] + 0.2, alpha=0.5
     )
     axes.text(
-        *(0.62 * reports[j] + 0.38 * tracks[i]), f"{ours[i, j]:.2f}", ha="center", fontsize=9
-    )
+        *(0.62 * reports[j] + 0.38 * tracks[i]), f"{ours[i, j]:.2f}", ha="center", va="center",
+        fontsize=9, bbox={"color": "white", "pad": 1.0},
+    )  # fmt: skip
 axes.plot(*tracks.T, "s", color="k", ms=9, label="tracks, as predicted")
 axes.plot(*reports.T, "o", color="tab:red", ms=8, label="reports")
 axes.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
 axes.set_title(
     f"{len(ranking.cost)} hypotheses; greatest difference to JPDA {np.abs(ours - jpda).max():.0e}"
 )
-axes.legend(loc="lower left")
+axes.legend(loc="upper left")
 figure.savefig("jpda.png")

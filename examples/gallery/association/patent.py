@@ -51,9 +51,12 @@ for axes, (title, tracks) in zip(panels, drawings.items(), strict=True):
     for track in tracks:
         axes.plot(*np.transpose([places[name] for name in track]), "o-", lw=2)
     for name, (x, y) in places.items():
+        if not any(name in track for track in tracks):
+            axes.plot(x, y, "o", mfc="none", mec="0.5")  # of no track
         axes.annotate(
-            name, (x, y), xytext=(0, 7), textcoords="offset points", ha="center", fontsize=8
-        )
-    axes.set(title=title, xlim=(-60, 240), ylim=(-15, 120), xlabel="x [m]")
+            name, (x, y), xytext=(-8, 0), textcoords="offset points", ha="right", va="center",
+            fontsize=8,
+        )  # fmt: skip
+    axes.set(title=title, xlim=(-110, 240), ylim=(-15, 120), xlabel="x [m]")
 panels[0].set_ylabel("y [m], up with each scan")
 figure.savefig("patent.png")

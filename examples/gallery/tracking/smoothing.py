@@ -24,7 +24,7 @@ simulation = simulate(scene, rng=3)
 result = tw.track(simulation.reports, {"motion": {"process_noise": 0.4, "max_speed": 20.0}})
 
 truth = simulation.truth
-figure, (plan, error) = plt.subplots(1, 2, figsize=(10, 4.2))
+figure, (plan, error) = plt.subplots(1, 2, figsize=(10, 4.2), layout="constrained")
 plan.plot(*simulation.reports.measurement.T, ".", color="0.7", label="reports")
 plan.plot(*truth.position.T, "k--", lw=0.8, label="truth")
 for name, table, colour in (
@@ -37,7 +37,7 @@ for name, table, colour in (
     off = np.linalg.norm(table.select("x", "y").to_numpy() - true, axis=1)
     error.plot(time, off, color=colour, label=f"{name}: {np.sqrt(np.mean(off**2)):.1f} m RMS")
 plan.set(xlabel="x [m]", ylabel="y [m]", aspect="equal")
-plan.legend()
+figure.legend(*plan.get_legend_handles_labels(), loc="outside lower center", ncols=4)
 error.set(xlabel="time [s]", ylabel="error [m]", title="How far from the truth")
 error.legend()
 figure.savefig("smoothing.png")
