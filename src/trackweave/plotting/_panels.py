@@ -18,7 +18,7 @@ from trackweave.plotting.scene import ScanSeries
 __all__ = ["Curves", "counts_by_status", "draw_panels", "time_axis"]
 
 BLUE, ORANGE, PALE, RED = "#0072B2", "#E69F00", "#D0D0D0", "#D55E00"
-MOST_CURVES = 60  # more are drawn as a band
+MOST_CURVES = 25  # more are drawn as a band
 MOST_STEPS = 200  # more flicker
 LEAST_GAP, GREATEST_GAP = 1e-9, 1e3
 CALENDAR_FROM_S = 1e9  # later times are taken for seconds from 1970, in 2001 and after
