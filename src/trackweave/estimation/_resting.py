@@ -32,7 +32,7 @@ TOLD = 3.0
 """By so much a rhythm is likelier than none to be believed, as it has more to choose [nats]."""
 QUANTILES, PARTS = 8, 3
 """Intervals are tried that are so many waits of all, or up to such a part of them."""
-JITTERS = (0.003, 0.01, 0.03, 0.1)
+JITTERS = (0.003, 0.01, 0.03, 0.1, 0.3)
 LOSSES = (0.05, 0.2, 0.4)
 USUAL = 0.02, 0.2
 """How much varies and how often is lost what is tried first."""
