@@ -196,6 +196,16 @@ def test_names_last_through_stretches():
     assert share_right(truth, owner) > 0.97
 
 
+def test_who_is_silent_for_a_stretch_keeps_its_name():
+    rng = np.random.default_rng(8)
+    ships = [moored(rng, (k * 25.0, 0.0), 31.0, hours=8.0) for k in range(2)]
+    silent = (ships[1][:, 0] > 4000.0) & (ships[1][:, 0] < 20000.0)
+    time, place, truth, berth = together(ships[0], ships[1][~silent])
+    owner, _ = parted(time, place, np.zeros(time.size, dtype=np.int64), berth)
+    assert np.unique(owner).size == 2
+    assert share_right(truth, owner) > 0.97
+
+
 def test_sure_is_what_lies_apart_or_comes_in_time():
     rng = np.random.default_rng(4)
 

@@ -58,3 +58,8 @@ def test_who_moves_slowly_is_on_its_way_throughout():
     track = np.repeat([0, 1], 60)[order]
     (place,) = places_of(rows[:, 0], rows[:, 1:], track, SIGMA)
     assert np.mean(track[place] == 1) > 0.9
+
+
+def test_nobody_is_at_rest_where_all_are_on_their_way():
+    time = np.arange(0.0, 500.0, 10.0)
+    assert places_of(time, np.outer(time, [5.0, 3.0]), np.zeros(50, dtype=np.int64), SIGMA) == []

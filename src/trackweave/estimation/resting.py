@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.estimation._resting import SIZE, absence, fit_rhythm, part_two, weigh
+from trackweave.estimation._resting import SIZE, Objects, absence, fit_rhythm, part_two, weigh
 from trackweave.estimation.resting_places import densest
 
 __all__ = ["Berth", "Chain", "chain_of", "parted", "sureness"]
@@ -35,8 +35,6 @@ MOST_INTERVALS, STEP, APART, SHORTEST = 2, 0.03, 0.08, 8.0
 """So many intervals are tried, of lags counted in such steps of the logarithm, so far apart, and
 of so many times the grain of times at least."""
 MOST_REPORTS = 300  # Chains of more are made in stretches
-
-_Start = tuple[FloatArray, FloatArray, FloatArray]
 
 
 class Berth(NamedTuple):
@@ -131,9 +129,10 @@ def parted(
         chains.search()
         gain += chains.likelihood(chains.chains) - before
         found = [part[rows] for rows in chains.chains]
-        both = berth._replace(begin=edges[max(index - 1, 0)], end=edges[index + 1])
-        names = _followed((time, place), last, found, both)
-        last = []
+        until = berth._replace(end=edges[index + 1])
+        names = _followed((time, place), last, found, until)
+        # Who was silent for a whole stretch may be heard again.
+        last = [(name, rows) for name, rows in last if name not in names]
         for name, rows in zip(names, found, strict=True):
             if name < 0:
                 name, count = count, count + 1
@@ -170,7 +169,7 @@ def _followed(
     found: list[IntArray],
     berth: Berth,
 ) -> list[int]:
-    """Return which object of the stretch before each chain goes on, -1 for none."""
+    """Return which object of the stretches before each chain goes on, -1 for none."""
     names = [-1] * len(found)
     if not last:
         return names
@@ -191,12 +190,7 @@ def _followed(
     return names
 
 
-def _share(one: tuple[IntArray, ...], other: tuple[IntArray, ...]) -> bool:
-    """Tell whether two tuples hold one and the same chain."""
-    return any(a is b for a in one for b in other)
-
-
-def _objects(chains: Iterator[Chain]) -> _Start:
+def _objects(chains: Iterator[Chain]) -> Objects:
     """Return chains as kernels take them."""
     _, mean, variance, rhythm = zip(*chains, strict=True)
     return np.stack(mean), np.array(variance), np.stack(rhythm)
@@ -237,7 +231,8 @@ class _Chains:
         return is_new
 
     def _replace(self, old: list[IntArray], new: list[IntArray]) -> None:
-        self.chains = [each for each in self.chains if not _share((each,), (*old,))] + new
+        gone = set(map(id, old))
+        self.chains = [each for each in self.chains if id(each) not in gone] + new
 
     def _parted_each(self) -> bool:
         """Part each chain in two where that is likelier; tell whether it is anywhere."""
@@ -264,7 +259,8 @@ class _Chains:
                 value, parts = self.of(rows).likelihood, [rows]
             if value > self.likelihood([one, other]) + 1e-6:
                 self._replace([one, other], parts)
-                queue = [pair for pair in queue if not _share(pair, (one, other))]
+                gone = {id(one), id(other)}
+                queue = [pair for pair in queue if gone.isdisjoint(map(id, pair))]
                 queue += [(a, b) for a in parts for b in self.chains if b is not a]
                 changed = True
         return changed
@@ -294,7 +290,7 @@ class _Chains:
                 best, parts = value, found
         return best, parts
 
-    def _settled(self, rows: IntArray, objects: _Start) -> tuple[float, list[IntArray]]:
+    def _settled(self, rows: IntArray, objects: Objects) -> tuple[float, list[IntArray]]:
         """Return the two chains that two objects' guesses lead to, by turns, and how likely."""
         best, parts, last = -math.inf, [rows], b""
         owner = np.empty(rows.size, dtype=np.int64)
@@ -312,7 +308,7 @@ class _Chains:
             objects = _objects(map(self.of, found))
         return best, parts
 
-    def _starts(self, rows: IntArray, groups: list[IntArray]) -> Iterator[_Start]:
+    def _starts(self, rows: IntArray, groups: list[IntArray]) -> Iterator[Objects]:
         """Yield guesses of two objects: as they are, by where reports lie, and by when."""
         if len(groups) == 2:
             yield _objects(map(self.of, groups))
