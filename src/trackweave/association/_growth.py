@@ -26,6 +26,7 @@ from trackweave.association._nodes import Candidates, Misses, Nodes, ScanInput, 
 from trackweave.association._rhythm import begin_rhythm, hear, rhythm_cost
 from trackweave.association._scoring import (
     LOG_TWO_PI,
+    POSITION,
     expect,
     is_too_soon,
     naming_cost,
@@ -35,9 +36,9 @@ from trackweave.association._scoring import (
     take_identity,
     take_rate,
 )
-from trackweave.association._tails import compare_either, take_in_either
+from trackweave.association._tails import compare_either, compare_in_plane, take_in_either
 from trackweave.filters._kernels import distance_of, invert_sum, predict, update
-from trackweave.filters._states import advance
+from trackweave.filters._states import advance, is_straight
 from trackweave.filters._tails import share_after
 from trackweave.jit import jit
 
@@ -67,6 +68,12 @@ def propose(
     motion = rule.motion
     n_reports, n_components = scan.measurement.shape
     state, expected = room_for_state(motion), room_for_expectation(motion, n_components)
+    # What most scans are is done without handing over whole motions and expectations.
+    straight = general is None or is_straight(motion)
+    plane = (
+        general is not None and scan.kind == POSITION and n_components == 2
+        and not scan.has_moments
+    )  # fmt: skip
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     crowding.left_out[:], crowding.dearest[0] = 0, -1
@@ -100,10 +107,10 @@ def propose(
         )  # fmt: skip
         if not is_line and not is_far:
             interval = scan.reference - nodes.time[node]
-            if general is None:
+            if straight:
                 predict(
                     nodes.mean[node, 0], nodes.covariance[node, 0], interval,
-                    motion.noise[0, 0], mean, covariance,
+                    math.copysign(motion.noise[0, 0], interval), mean, covariance,
                 )  # fmt: skip
             else:
                 advance(
@@ -164,7 +171,7 @@ def propose(
                             scan.kind, scan.noise[setting], scan.platform[setting], general,
                             motion.dim, motion.unscented, expected,
                         )  # fmt: skip
-                if not has_moment and setting != known:
+                if not plane and not has_moment and setting != known:
                     known = setting
                     if general is None:
                         expected.log_determinant[0] = invert_sum(
@@ -180,6 +187,13 @@ def propose(
                     log_likelihood = -0.5 * (
                         distance + expected.log_determinant[0] + n_components * LOG_TWO_PI
                     )
+                elif plane:
+                    distance, log_likelihood = compare_in_plane(
+                        scan.measurement, index, scan.noise, setting, state.mean,
+                        state.covariance, state.weight,
+                        share_after(nodes.wild[node], scan.tail_share, scan.tail_persistence),
+                        scan.tail_scale,
+                    )  # fmt: skip
                 else:
                     distance, log_likelihood = compare_either(
                         scan.kind, scan.measurement, index,

@@ -6,11 +6,13 @@ after a report has the moments of both posteriors, by how probable the parts are
 of wide ones each function does what the one does that it calls. Nothing here checks or raises.
 """
 
+import math
+
 import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.association._nodes import Expectation, State
-from trackweave.association._scoring import compare, take_in
+from trackweave.association._scoring import LOG_TWO_PI, compare, take_in
 from trackweave.filters._measuring import invert
 from trackweave.filters._tails import log_of_either, mix_with, share_of_wide
 from trackweave.jit import jit
@@ -49,6 +51,49 @@ def compare_either(
         expected.innovation,
     )  # fmt: skip
     return min(distance, far), log_of_either(narrow, wide, share)
+
+
+@jit
+def compare_in_plane(
+    measurement: FloatArray,
+    index: int,
+    noise: FloatArray,
+    setting: int,
+    mean: FloatArray,
+    covariance: FloatArray,
+    weight: FloatArray,
+    share: float,
+    scale: float,
+) -> tuple[float, float]:
+    """Return what `compare_either` does of a position of two numbers, several times as fast."""
+    nearest, narrow = math.inf, -math.inf
+    for part in range(1 if share == 0.0 else 2):
+        wider = part * (scale * scale - 1.0)
+        largest, total = -math.inf, 0.0
+        for mode in range(weight.shape[0]):
+            s00 = covariance[mode, 0, 0] + noise[setting, 0, 0] + wider * noise[setting, 0, 0]
+            s01 = covariance[mode, 0, 1] + noise[setting, 0, 1] + wider * noise[setting, 0, 1]
+            s11 = covariance[mode, 1, 1] + noise[setting, 1, 1] + wider * noise[setting, 1, 1]
+            determinant = s00 * s11 - s01 * s01
+            if not (s00 > 0.0 and determinant > 0.0):
+                continue
+            x, y = measurement[index, 0] - mean[mode, 0], measurement[index, 1] - mean[mode, 1]
+            distance = (s11 / determinant * x - s01 / determinant * y) * x + (
+                s00 / determinant * y - s01 / determinant * x
+            ) * y
+            nearest = min(nearest, distance)
+            value = -0.5 * (distance + math.log(determinant) + 2 * LOG_TWO_PI)
+            if weight.shape[0] > 1:
+                value += math.log(weight[mode]) if weight[mode] > 0.0 else -math.inf
+            if value > largest:
+                total = total * math.exp(largest - value) + 1.0
+                largest = value
+            elif value > -math.inf:
+                total += math.exp(value - largest)
+        either = largest + math.log(total) if total > 0.0 else -math.inf
+        if part == 0:
+            narrow = either
+    return nearest, narrow if share == 0.0 else log_of_either(narrow, either, share)
 
 
 @jit

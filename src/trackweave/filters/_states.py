@@ -75,6 +75,14 @@ def advance(
 
 
 @jit
+def is_straight(motion: MotionRule) -> bool:
+    """Tell whether there is one mode, and a state is what `_kernels.predict` moves."""
+    if motion.kind.shape[0] > 1 or motion.kind[0] != CONSTANT_VELOCITY:
+        return False
+    return bool(2 * motion.dim == motion.prior.shape[0])
+
+
+@jit
 def mix(
     mean: FloatArray,
     covariance: FloatArray,
