@@ -8,7 +8,7 @@ from run.biased_sky import off, sky, told
 from trackweave import read_reports, track
 from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
-from trackweave.run.heights import found_heights
+from trackweave.run.heights import found_heights, registered
 from trackweave.run.registering import registration_of
 
 
@@ -169,3 +169,29 @@ def test_nothing_is_looked_for_where_nothing_can_be(reports, ways) -> None:
     assert finding.found is None
     assert finding.as_record() is None
     assert finding.notes() == []
+
+
+def test_a_clock_that_is_ahead_is_no_height(reports) -> None:
+    """On the ground it explains all; the ranges are those on the ground, and it is found."""
+    ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
+    frame = off(without(reports).with_columns(range_m=ground), "east", clock=2.5)
+    table = read_reports(frame.drop("target", "report", "true"))
+    finding, registration = registered(table, load_configuration(told()))
+    assert finding.n_filled == 0
+    assert finding.found is not None
+    assert finding.found.is_on_ground
+    assert registration.found is not None
+    clock = registration.found.likely[:, 3]
+    names = table.sensors
+    assert clock[names.index("east")] - clock[names.index("west")] == pytest.approx(2.5, abs=0.25)
+
+
+def test_a_clock_that_is_told_is_no_height(reports) -> None:
+    ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
+    frame = off(without(reports).with_columns(range_m=ground), "east", clock=6.0)
+    configuration = told()
+    configuration["sensors"]["east"]["clock_offset"] = 6.0
+    finding = found(frame, configuration)
+    assert finding.n_filled == 0
+    assert finding.found is not None
+    assert finding.found.is_on_ground

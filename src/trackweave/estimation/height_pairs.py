@@ -8,18 +8,27 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, SCALE, Sightings
+from trackweave.estimation.sightings import (
+    AZIMUTH,
+    CLOCK,
+    N_BIASES,
+    RANGE,
+    SCALE,
+    Sightings,
+)
 from trackweave.estimation.trees import all_within, tree_of
 
 __all__ = [
+    "GATE",
+    "ROUGH_GATE",
     "STEEPEST",
     "Fit",
     "Looks",
     "Moments",
     "candidates",
     "fitted",
+    "held_at",
     "moments_of",
-    "on_ground",
 ]
 
 # Nothing flies higher or lower [m]; heights are looked for at such steps first.
@@ -59,6 +68,7 @@ class _Tracks(NamedTuple):
     moment: IntArray
     centre: FloatArray  # Of the sensor, or the place where its height does not count, (rows, 2)
     outward: FloatArray  # From there to the object, as long as the range on the plane, (rows, 2)
+    velocity: FloatArray  # Of the object, were it on the ground [m/s], (rows, 2)
     slant: FloatArray  # [m]; infinite where heights do not count
     level: FloatArray  # Height of the sensor [m]
     told: FloatArray  # Height that was told [m], NaN for none
@@ -67,7 +77,8 @@ class _Tracks(NamedTuple):
     def of(self, rows: IntArray) -> "_Tracks":
         return _Tracks(
             self.track[rows], self.moment[rows], self.centre[rows], self.outward[rows],
-            self.slant[rows], self.level[rows], self.told[rows], self.spread[rows],
+            self.velocity[rows], self.slant[rows], self.level[rows], self.told[rows],
+            self.spread[rows],
         )  # fmt: skip
 
     def places(self, height: FloatArray, curve: float) -> tuple[FloatArray, FloatArray]:
@@ -85,7 +96,7 @@ class _Tracks(NamedTuple):
         return above, np.sqrt(1.0 - (above / self.slant) ** 2)
 
     def slopes(self, height: FloatArray) -> FloatArray:
-        """Return how a unit of each bias but the clock's moves places, (rows, 2, biases)."""
+        """Return how a unit of each bias moves places, (rows, 2, biases)."""
         length = np.maximum(np.linalg.norm(self.outward, axis=1), 1e-9)
         unit = self.outward / length[:, None]
         _, ratio = self._ratio(height)
@@ -94,6 +105,8 @@ class _Tracks(NamedTuple):
         slope[:, :, SCALE] = slope[:, :, RANGE] * length[:, None]
         slope[:, 0, AZIMUTH] = -(ratio * length) * unit[:, 1]
         slope[:, 1, AZIMUTH] = (ratio * length) * unit[:, 0]
+        # What a clock that is ahead tells as of now was so much earlier.
+        slope[:, :, CLOCK] = self.velocity
         # Beside a place that does not depend on heights no bias is looked for here.
         slope[length <= 1e-6] = 0.0
         return slope
@@ -165,7 +178,8 @@ def _at(grid: tuple[float, float], looks: Looks, places: FloatArray, number: int
     spread = along**2 + UNKNOWN_ALONG**2 + (across**2 + unknown**2) * far**2
     slant = np.where(is_slant, between(sightings.slant), np.inf)
     return _Tracks(
-        np.full(there.size, number), there, centre, place - centre, slant, looks.level[one],
+        np.full(there.size, number), there, centre, place - centre,
+        (places[other] - places[one]) / gap[:, None], slant, looks.level[one],
         between(sightings.height), spread,
     )  # fmt: skip
 
@@ -260,9 +274,12 @@ class _Pair:
         return self.basis.T @ (data[:, None] * self.basis), self.basis.T @ pull
 
 
-def fitted(moments: Moments, tracks: tuple[int, int], start: float | None = None) -> Fit | None:
+def fitted(
+    moments: Moments, tracks: tuple[int, int], start: float | None = None, *, gate: float = GATE
+) -> Fit | None:
     """Return the heights at which two tracks are of one object, None where they are of two."""
-    # It sets out from a height ``start``, or from the best that is as high all along.
+    # It sets out from a height ``start``, or from the best that is as high all along; places may
+    # be apart by ``gate`` variances in the mean.
     pair = _Pair(moments, tracks)
     n_moments = pair.moment.size
     if n_moments < FEWEST_TIMES:
@@ -280,7 +297,7 @@ def fitted(moments: Moments, tracks: tuple[int, int], start: float | None = None
         knot = np.clip(knot, LOWEST, HIGHEST)
     height = pair.basis @ knot
     left = pair.cost(height)
-    if left > GATE * n_moments:
+    if left > gate * n_moments:
         return None
     inverse = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
     return Fit(
@@ -293,10 +310,12 @@ def fitted(moments: Moments, tracks: tuple[int, int], start: float | None = None
     )
 
 
-def on_ground(moments: Moments, tracks: tuple[int, int]) -> tuple[float, FloatArray, FloatArray]:
-    """Return the squared distance of two tracks on the ground, and the equations of biases."""
+def held_at(
+    moments: Moments, tracks: tuple[int, int], above: float
+) -> tuple[float, FloatArray, FloatArray]:
+    """Return the squared distance of two tracks so far above ground, and biases' equations."""
     pair = _Pair(moments, tracks)
-    ground = np.minimum(pair.sides[0].level, pair.sides[1].level)
+    ground = np.minimum(pair.sides[0].level, pair.sides[1].level) + above
     return pair.cost(ground), *_of_biases(pair, ground, None, (moments, tracks))
 
 

@@ -2,11 +2,12 @@
 
 A range along the line of sight is longer than that on the ground, the more so the nearer and the
 higher the object. Sensors that take it for the ground's see one object at several places; the
-height at which these meet is the object's. Biases move places too: they are fitted beside the
-heights of all objects, and left to registration.
+height at which these meet is the object's. Biases move places too, a clock's along the way: they
+are fitted beside the heights of all objects, and left to registration.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,30 +15,28 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
 from trackweave.estimation.height_pairs import (
+    GATE,
+    ROUGH_GATE,
     Fit,
     Looks,
     Moments,
     candidates,
     fitted,
+    held_at,
     moments_of,
-    on_ground,
 )
-from trackweave.estimation.sightings import (
-    AZIMUTH,
-    N_BIASES,
-    RANGE,
-    SCALE,
-    USUAL_BIASES,
-    Sightings,
-)
+from trackweave.estimation.sightings import N_BIASES, USUAL_BIASES, Sightings
 
 __all__ = ["Heights", "heights_of"]
 
 ROUNDS = 3
 # A pair tells clearly where its height explains so much more than biases alone (chi-square, in
-# units of what is left). So many have to, and this share of all: else ranges are on the ground
+# units of what is left). So many have to, and this share of all: else ranges may be on the ground
 # already.
 CLEAR, FEWEST_PAIRS, SHARE = 16.0, 3, 0.25
+# They are where objects at a usual height [m] would explain so much less, and hardly any pair
+# tells otherwise.
+USUAL, MOST_CLEAR = 5_000.0, 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +47,7 @@ class Heights:
     n_objects: int
     n_pairs: int  # Of tracks of two sensors
     n_clear: int  # Of these, that tell clearly
+    is_on_ground: bool = False  # Whether ranges clearly are those on the ground
 
 
 def heights_of(
@@ -61,35 +61,46 @@ def heights_of(
     pairs = candidates(moments)
     bias = np.zeros((sightings.n_sensors, N_BIASES))
     known: dict[tuple[int, int], float | None] = dict.fromkeys(map(tuple, pairs.tolist()))
-    for _ in range(ROUNDS):
-        found = _fits(moments, known)
+    for number in range(ROUNDS):
+        # Before any bias is known, a clock's may take places of one object far apart.
+        found = _fits(moments, known, GATE if number else ROUGH_GATE)
         fits = _one_to_one(found, sightings)
         bias = bias + _step([(fit.bias_matrix, fit.bias_vector) for fit in fits], bias)
-        moments = moments_of(replace(looks, sightings=_without(sightings, bias)))
+        moments = moments_of(replace(looks, sightings=sightings.without(bias)))
         known |= {fit.pair: float(np.median(fit.height)) for fit in found}
-    fits = _one_to_one(_fits(moments, known), sightings)
-    n_clear = _clear(looks, fits)
-    height, n_objects = np.full(sightings.time.size, np.nan), 0
+    fits = _one_to_one(_fits(moments, known, GATE), sightings)
+    pairs_of_one, height = [fit.pair for fit in fits], np.full(sightings.time.size, np.nan)
+    ground = _costs_at(0.0, looks, pairs_of_one)
+    n_clear = _clear(fits, ground)
     if n_clear >= max(FEWEST_PAIRS, SHARE * len(fits)):
         height, n_objects = _entered(height, fits, sightings, moments)
-    return Heights(height, n_objects, len(fits), n_clear)
+        return Heights(height, n_objects, len(fits), n_clear)
+    is_on_ground = n_clear <= MOST_CLEAR * len(fits) and len(fits) >= FEWEST_PAIRS
+    if is_on_ground:
+        worse = sum(_costs_at(USUAL, looks, pairs_of_one)) - sum(ground)
+        is_on_ground = worse > FEWEST_PAIRS * CLEAR * _left(ground, fits)
+    return Heights(height, 0, len(fits), n_clear, is_on_ground)
 
 
-def _clear(looks: Looks, fits: list[Fit]) -> int:
+def _left(costs: Sequence[float], fits: list[Fit]) -> float:
+    """Return what usually is left of a squared distance, which is 1 where noise is as told."""
+    each = [cost / fit.moment.size / 2.0 for cost, fit in zip(costs, fits, strict=True)]
+    return float(np.median(each)) if each else 0.0
+
+
+def _clear(fits: list[Fit], ground: list[float]) -> int:
     """Return how many pairs tell clearly of a height above the ground."""
     # Without heights, too, biases may be what they like.
-    ground = _costs_on_ground(looks, [fit.pair for fit in fits])
-    left = [fit.cost / fit.moment.size / 2.0 for fit in fits]
-    least = CLEAR * float(np.median(left)) if left else 0.0
+    least = CLEAR * _left([fit.cost for fit in fits], fits)
     return sum(
         cost - fit.cost > least and float(np.median(fit.height)) > 0.0
         for cost, fit in zip(ground, fits, strict=True)
     )
 
 
-def _fits(moments: Moments, known: dict[tuple[int, int], float | None]) -> list[Fit]:
+def _fits(moments: Moments, known: dict[tuple[int, int], float | None], gate: float) -> list[Fit]:
     """Return the fits of pairs, each from the height that is known of it."""
-    found = (fitted(moments, pair, start) for pair, start in known.items())
+    found = (fitted(moments, pair, start, gate=gate) for pair, start in known.items())
     return [fit for fit in found if fit is not None]
 
 
@@ -129,29 +140,16 @@ def _step(equations: list[tuple[FloatArray, FloatArray]], bias: FloatArray) -> F
     return np.asarray(np.linalg.solve(matrix, vector)).reshape(bias.shape)
 
 
-def _costs_on_ground(looks: Looks, pairs: list[tuple[int, int]]) -> list[float]:
-    """Return how far apart pairs are with the best biases where all heights are on the ground."""
+def _costs_at(above: float, looks: Looks, pairs: list[tuple[int, int]]) -> list[float]:
+    """Return how far apart pairs are with the best biases where all are so high above ground."""
     sightings = looks.sightings
     bias = np.zeros((sightings.n_sensors, N_BIASES))
     moments = moments_of(looks)
     for _ in range(ROUNDS):
-        equations = [on_ground(moments, pair)[1:] for pair in pairs]
+        equations = [held_at(moments, pair, above)[1:] for pair in pairs]
         bias = bias + _step(equations, bias)
-        moments = moments_of(replace(looks, sightings=_without(sightings, bias)))
-    return [on_ground(moments, pair)[0] for pair in pairs]
-
-
-def _without(sightings: Sightings, bias: FloatArray) -> Sightings:
-    """Return sightings of sensors that measure ranges without their biases."""
-    own = np.where(sightings.is_polar[:, None], bias, 0.0)[sightings.sensor]
-    slant = (sightings.slant - own[:, RANGE]) / (1.0 + own[:, SCALE])
-    longer = np.where(sightings.slant > 0.0, slant / np.maximum(sightings.slant, 1e-9), 1.0)
-    return replace(
-        sightings,
-        slant=slant,
-        distance=sightings.distance * longer,
-        azimuth=sightings.azimuth - own[:, AZIMUTH],
-    )
+        moments = moments_of(replace(looks, sightings=sightings.without(bias)))
+    return [held_at(moments, pair, above)[0] for pair in pairs]
 
 
 def _entered(

@@ -6,7 +6,7 @@ A sensor's biases are four numbers. Of one that measures ranges: its ranges are 
 to the north [m], the second nothing, the third a shift to the east [m].
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -81,6 +81,20 @@ class Sightings:
         ranged = self.centre + (self.distance - self.steepness * too_long)[:, None] * outward
         shifted = self.centre - own[:, RANGE, None] * outward - own[:, AZIMUTH, None] * side
         return self.time - own[:, CLOCK], np.where(polar[:, None], ranged, shifted)
+
+    def without(self, bias: FloatArray) -> "Sightings":
+        """Return what sensors would have seen without biases, shape (sensors, 4)."""
+        own, polar = bias[self.sensor], self.is_polar[self.sensor]
+        slant = np.where(polar, (self.slant - own[:, RANGE]) / (1.0 + own[:, SCALE]), self.slant)
+        longer = np.where(self.slant > 0.0, slant / np.maximum(self.slant, 1e-9), 1.0)
+        return replace(
+            self,
+            time=self.time - own[:, CLOCK],
+            centre=np.where(polar[:, None], self.centre, self.centre - own[:, [AZIMUTH, RANGE]]),
+            slant=slant,
+            distance=self.distance * longer,
+            azimuth=self.azimuth - np.where(polar, own[:, AZIMUTH], 0.0),
+        )
 
     def slopes(self, bias: FloatArray) -> FloatArray:
         """Return how far a unit of each bias but the clock's moves places [m], (reports, 2, 3)."""

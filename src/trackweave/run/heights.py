@@ -13,6 +13,7 @@ from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
 from trackweave.estimation.sightings import N_BIASES, Sightings
 from trackweave.run.beams import with_beam_places, with_beam_times
+from trackweave.run.biases import told_biases
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
 from trackweave.run.registering import Registration, registration_of, unfit
@@ -90,7 +91,8 @@ def found_heights(
     seen, _ = followed
     rows = np.flatnonzero(seen.track >= 0)
     level = platforms_of(reports, positions_in(reports, configuration))[:, 2]
-    sightings = seen.part(seen.track >= 0)
+    # What is told to be wrong with a sensor is no height.
+    sightings = seen.part(seen.track >= 0).without(told_biases(reports, configuration.sensor))
     is_slant = needy[reports.sensor] & np.isnan(seen.height)
     is_slant[rows] &= _is_fast(sightings)
     if not is_slant[rows].any():
@@ -121,7 +123,8 @@ def registered(
     reports, told, placed = with_beam_places(reports, told)
     reports = with_beam_times(reports, told)
     heights = found_heights(reports, told, looks=looks)
-    found = registration_of(heights.reports, told, looks=looks)
+    flat = heights.found is not None and heights.found.is_on_ground
+    found = registration_of(heights.reports, told, looks=looks, flat=flat)
     return heights, replace(found, placed=placed)
 
 

@@ -124,10 +124,10 @@ class Registration:
 
 
 def registration_of(
-    every: ReportTable, configuration: Configuration, *, looks: bool = True
+    every: ReportTable, configuration: Configuration, *, looks: bool = True, flat: bool = False
 ) -> Registration:
     """Return reports without the biases that are told, and those that the reports show clearly."""
-    # Only with ``looks`` are any looked for.
+    # Only with ``looks`` are any looked for; ``flat`` where ranges clearly are on the ground.
     told = told_biases(every, configuration.sensor)
     reports = unbiased(every, told)
     known = Registration(reports, configuration, told)
@@ -139,7 +139,7 @@ def registration_of(
     if len(reports.sensors) - len(refused) < 2:
         return replace(known, doubt="no two sensors can be compared")
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
-    seen = sightings_of(reports, configuration, observed, chosen)
+    seen = sightings_of(reports, configuration, observed, chosen, flat=flat)
     if isinstance(seen, str):
         return replace(known, doubt=seen)
     found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])

@@ -46,15 +46,19 @@ def sightings_of(
     configuration: Configuration,
     observed: Mapping[str, ObservedSensor],
     chosen: Sequence[int],
+    *,
+    flat: bool = False,
 ) -> tuple[Sightings, float] | str:
     """Return what some sensors saw, and the greatest speed [m/s]; or why that is not clear."""
-    # ``chosen`` are numbers of sensors whose reports say where objects are, and that look.
+    # ``chosen`` are numbers of sensors whose reports say where objects are, and that look. Ranges
+    # without heights are on the ground, however fast an object is, where it is all ``flat``.
     followed = tracks_of(reports, configuration, observed, chosen)
     if isinstance(followed, str):
         return followed
     seen, fastest = followed
     keep = (seen.track >= 0) & (seen.steepness < 1.0 / STEEPEST)
-    keep &= ~_flies_without_height(reports, seen)
+    if not flat:
+        keep &= ~_flies_without_height(reports, seen)
     if not keep.any():
         return CROWD if np.all(seen.track < 0) else NO_HEIGHT
     return seen.part(keep), fastest
