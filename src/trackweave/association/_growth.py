@@ -70,10 +70,8 @@ def propose(
     state, expected = room_for_state(motion), room_for_expectation(motion, n_components)
     # What most scans are is done without handing over whole motions and expectations.
     straight = general is None or is_straight(motion)
-    plane = (
-        general is not None and scan.kind == POSITION and n_components == 2
-        and not scan.has_moments
-    )  # fmt: skip
+    of_two = scan.kind == POSITION and n_components == 2
+    plane = general is not None and of_two and not scan.has_moments
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
     mean, covariance, inverse = state.mean[0], state.covariance[0], expected.inverse[0]
     crowding.left_out[:], crowding.dearest[0] = 0, -1
