@@ -69,7 +69,7 @@ def propose(
     n_reports, n_components = scan.measurement.shape
     state, expected = room_for_state(motion), room_for_expectation(motion, n_components)
     # What most scans are is done without handing over whole motions and expectations.
-    straight = general is None or is_straight(motion)
+    straight = is_straight(motion)
     of_two = scan.kind == POSITION and n_components == 2
     plane = general is not None and of_two and not scan.has_moments
     broad, slack = widest(scan, motion.dim), most_moved(scan, motion.max_speed)
@@ -105,15 +105,16 @@ def propose(
         )  # fmt: skip
         if not is_line and not is_far:
             interval = scan.reference - nodes.time[node]
-            if straight:
-                predict(
-                    nodes.mean[node, 0], nodes.covariance[node, 0], interval,
-                    math.copysign(motion.noise[0, 0], interval), mean, covariance,
-                )  # fmt: skip
-            else:
+            if general is not None and not straight:
                 advance(
                     nodes.mean[node], nodes.covariance[node], nodes.weight[node], interval,
                     motion, state.mean, state.covariance, state.weight,
+                )  # fmt: skip
+            else:
+                # Noise is as large on the way back as on the way there.
+                predict(
+                    nodes.mean[node, 0], nodes.covariance[node, 0], interval,
+                    math.copysign(motion.noise[0, 0], interval), mean, covariance,
                 )  # fmt: skip
             if not scan.coverage.everywhere:
                 seen *= share_covered(state, scan.coverage)

@@ -22,6 +22,7 @@ __all__ = [
     "GATE",
     "ROUGH_GATE",
     "STEEPEST",
+    "USUAL",
     "Fit",
     "Looks",
     "Moments",

@@ -17,6 +17,7 @@ from trackweave.arrays import FloatArray
 from trackweave.estimation.height_pairs import (
     GATE,
     ROUGH_GATE,
+    USUAL,
     Fit,
     Looks,
     Moments,
@@ -34,9 +35,9 @@ ROUNDS = 3
 # units of what is left). So many have to, and this share of all: else ranges may be on the ground
 # already.
 CLEAR, FEWEST_PAIRS, SHARE = 16.0, 3, 0.25
-# They are where objects at a usual height [m] would explain so much less, and hardly any pair
-# tells otherwise.
-USUAL, MOST_CLEAR = 5_000.0, 0.1
+# They are where objects at a usual height would explain so much less, of as many pairs, and hardly
+# any tells otherwise.
+MOST_CLEAR = 0.1
 
 
 @dataclass(frozen=True, eq=False)
