@@ -1,6 +1,7 @@
 """Skies in which two radars are biased: what is found of it, and whether aircraft keep names.
 
-Each scene is tracked as it is, with the biases, and with the biases but nothing looked for.
+Each scene is tracked as it is, with the biases, and with the biases but nothing looked for. With
+``--places`` one radar stands elsewhere than told instead, by as much in each of three ways.
 """
 
 import argparse
@@ -25,6 +26,8 @@ from trackweave.run.tracking import report_table
 BIASED = ("radar0", "radar1")
 RANGE_M, AZIMUTH_DEG, CLOCK_S = 100.0, 0.3, 0.5
 TRUE = {"range_bias_m": RANGE_M, "azimuth_bias_deg": AZIMUTH_DEG, "clock_offset": CLOCK_S}
+# By how much the place that is told of a radar is wrong, east and north [m].
+PLACES = ((150.0, -80.0), (-1200.0, 900.0), (3000.0, 2500.0))
 KEPT = {"range_bias_m": 0.0, "range_scale": 1.0, "azimuth_bias_deg": 0.0, "clock_offset": 0.0}
 
 
@@ -40,7 +43,10 @@ def with_biases(reports: pl.DataFrame, sensors: Sequence[str] = BIASED) -> pl.Da
 
 def kept(told: Mapping[str, Any]) -> dict[str, Any]:
     """Return what is told with the word that there are no biases."""
-    sensors = {name: {**own, **KEPT, "trust": [*KEPT]} for name, own in told["sensors"].items()}
+    sensors = {
+        name: {**own, **KEPT, "trust": [*KEPT, "position"]}
+        for name, own in told["sensors"].items()
+    }
     return {**told, "sensors": sensors}
 
 
@@ -95,6 +101,39 @@ def errors(found: Mapping[str, Any], *, biased: bool) -> list[float]:
     return numbers
 
 
+def displaced(told: Mapping[str, Any], shift: tuple[float, float]) -> dict[str, Any]:
+    """Return what is told with the first radar told to stand elsewhere."""
+    own = told["sensors"][BIASED[0]]
+    place = [*np.add(own["position"][:2], shift).tolist(), *own["position"][2:]]
+    sensors = {**told["sensors"], BIASED[0]: {**own, "position": place}}
+    return {**told, "sensors": sensors}
+
+
+def places(arguments: argparse.Namespace) -> None:
+    """Print how well places are found that are told wrongly, and what that is worth."""
+    lines = []
+    for seed in repeats(arguments):
+        reports, told = _scene(arguments.bench, arguments.aircraft, arguments.radars, seed)
+        true = told["sensors"][BIASED[0]]["position"]
+        for shift in PLACES:
+            wrong = displaced(told, shift)
+            mended, said = tracked(reports, wrong)
+            left, _ = tracked(reports, kept(wrong))
+            at = said["sensors"][BIASED[0]]["position"]["used"]
+            off = float(np.hypot(*np.subtract(at[:2], true[:2])))
+            besides = untrue(said)
+            lines.append([seed, f"{np.hypot(*shift):.0f}", f"{off:.1f}", besides, *mended, *left])
+            print(*lines[-1], sep="  ", flush=True)
+    head = ["seed", "m wrong", "m off when found", "biases besides"]
+    head += [
+        f"{run}{what}"
+        for run in ("", "nothing looked for: ")
+        for what in ("IDF1", "switches", "CPU s")
+    ]
+    print(heading(command("biases.py")), end="\n\n")
+    print(table(head, lines))
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     add_arguments(parser)
@@ -102,7 +141,11 @@ def main() -> None:
     parser.add_argument("--aircraft", type=int, default=150)
     parser.add_argument("--radars", type=int, default=4)
     parser.add_argument("--only", action="store_true", help="find biases, and track nothing")
+    parser.add_argument("--places", action="store_true", help="a wrong place in place of biases")
     arguments = parser.parse_args()
+    if arguments.places:
+        places(arguments)
+        return
     lines, sigmas = [], dict[bool, list[float]]({False: [], True: []})
     for seed in repeats(arguments):
         reports, told = _scene(arguments.bench, arguments.aircraft, arguments.radars, seed)

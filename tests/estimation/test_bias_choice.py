@@ -6,8 +6,8 @@ import pytest
 from trackweave.estimation.bias_choice import chosen, conditional
 from trackweave.estimation.sightings import AZIMUTH, CLOCK, N_BIASES, RANGE
 
-PRIOR = (200.0, 2e-3, 0.01, 1.0)
-SIGMA = (3.0, 1e-4, 1e-4, 0.02)
+PRIOR = (200.0, 2e-3, 0.01, 1e3, 1e3, 1.0)
+SIGMA = (3.0, 1e-4, 1e-4, 10.0, 10.0, 0.02)
 
 
 def equations(true, seed=0):
@@ -43,7 +43,7 @@ def test_without_biases_hardly_anything_is_believed(seed):
 
 def test_a_clock_is_wrong_rather_where_more_is_wrong():
     true = np.zeros((4, N_BIASES))
-    true[:2] = 100.0, 0.0, 0.005, 0.5
+    true[:2, [RANGE, AZIMUTH, CLOCK]] = 100.0, 0.005, 0.5
     is_free, mean = explained(true)
     assert is_free[:2, [RANGE, AZIMUTH, CLOCK]].all()
     assert not is_free[2:].any()

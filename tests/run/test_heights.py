@@ -7,6 +7,7 @@ import pytest
 from run.biased_sky import off, sky, told
 from trackweave import read_reports, track
 from trackweave.config import load_configuration
+from trackweave.estimation.sightings import CLOCK
 from trackweave.metrics import assignment_quality
 from trackweave.run.heights import found_heights, registered
 from trackweave.run.registering import registration_of
@@ -181,7 +182,7 @@ def test_a_clock_that_is_ahead_is_no_height(reports) -> None:
     assert finding.found is not None
     assert finding.found.is_on_ground
     assert registration.found is not None
-    clock = registration.found.likely[:, 3]
+    clock = registration.found.likely[:, CLOCK]
     names = table.sensors
     assert clock[names.index("east")] - clock[names.index("west")] == pytest.approx(2.5, abs=0.25)
 

@@ -4,7 +4,7 @@ import numpy as np
 import polars as pl
 import pytest
 
-from run.biased_sky import off, on_plane, sky, told
+from run.biased_sky import RADARS, off, on_plane, sky, told
 from trackweave import track
 from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
@@ -113,6 +113,54 @@ def test_a_large_bias_is_found_too():
     registration = registered(off(sky(), "west", 400.0, 1.5, 3.0), told())
     assert used(registration, "azimuth_bias_deg")["west"] == pytest.approx(1.5, rel=0.05)
     assert used(registration, "clock_offset")["west"] == pytest.approx(3.0, rel=0.05)
+
+
+def elsewhere(name, east, north, names=tuple(RADARS), **more):
+    """What is told where one radar is told to stand elsewhere than it does."""
+    keys = told(names)
+    own = keys["sensors"][name]
+    x, y = own["position"]
+    keys["sensors"][name] = {**own, "position": [x + east, y + north], **more}
+    return keys
+
+
+@pytest.mark.parametrize("shift", [(1500.0, 1000.0), (-300.0, 0.0), (4000.0, -3000.0)])
+def test_a_radar_that_stands_elsewhere_is_found(shift):
+    registration = registered(sky(), elsewhere("north", *shift))
+    at = used(registration, "position")
+    true = told()["sensors"]
+    assert at.pop("north") == pytest.approx(true["north"]["position"], abs=25.0)
+    assert at == {name: true[name]["position"] for name in at}
+    (said,) = registration.notes()
+    assert said.startswith("sensor north: it stands ")
+    assert f" m {'west' if shift[0] > 0 else 'east'}" in said
+    (record,) = registration.told_record()
+    assert record["key"] == "sensors.north.position"
+    assert record["sigma"][0] < 15.0
+
+
+def test_of_two_radars_one_stands_elsewhere_and_none_points_elsewhere():
+    names = ("north", "west")
+    found = registered(sky(names=names), elsewhere("west", 1300.0, 0.0, names))
+    (shifted,) = found.found_out()
+    assert shifted[2] == "position"
+    before, after = (np.array(used(one, "position")[shifted[0]])
+                     for one in (registered(sky(names=names), told(names)), found))  # fmt: skip
+    assert abs(after - before)[0] == pytest.approx(0.0 if shifted[0] == "west" else 1300.0, abs=25)
+
+
+def test_a_radar_is_told_beside_its_biases_to_stand_elsewhere():
+    found = registered(off(sky(), "west", 100.0, 0.3, 0.5), elsewhere("west", 800.0, 0.0))
+    own = found.as_record()["sensors"]["west"]
+    assert own["position"]["used"] == pytest.approx([0.0, 0.0], abs=25.0)
+    assert own["range_bias_m"]["used"] == pytest.approx(100.0, rel=0.1)
+    assert own["azimuth_bias_deg"]["used"] == pytest.approx(0.3, rel=0.1)
+
+
+@pytest.mark.parametrize("word", ["position", "place"])
+def test_a_place_that_is_trusted_stays(word):
+    told_so = elsewhere("west", 1500.0, 1000.0, trust=[word])
+    assert used(registered(sky(), told_so), "position")["west"] == [1500.0, 1000.0]
 
 
 def test_positions_are_shifted_back():

@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.sightings import N_BIASES, SCALE
+from trackweave.estimation.sightings import EAST, N_BIASES, NORTH, SCALE
 
 __all__ = ["Explanation", "chosen", "conditional"]
 
-# What a sensor with biases costs beforehand, and each of them; a range scale is rarer [nats].
-A_SENSOR, A_BIAS, A_SCALE = 3.0, 1.0, 3.0
+# What a sensor with biases costs beforehand, and each of them; a range scale and another place are
+# rarer [nats].
+A_SENSOR, A_BIAS, A_RARE = 3.0, 1.0, 3.0
+RARE = (SCALE, EAST, NORTH)
 # Of so many sensors every set is tried; of more, one sensor after another is added or taken away.
 MOST_EXHAUSTIVE = 6
 # Explanations that differ by less are alike [nats]: then the fewest sensors are corrected, and
@@ -29,7 +31,7 @@ ALIKE = 1.0
 class Explanation(NamedTuple):
     """Some biases that are not 0, and how good an explanation they are."""
 
-    is_free: NDArray[np.bool_]  # Shape (sensors · 4,)
+    is_free: NDArray[np.bool_]  # Shape (sensors · 6,)
     evidence: float  # [nats], beside no bias at all
 
 
@@ -124,6 +126,6 @@ def _evidence(
     pull = size * vector[free]
     gain = 0.5 * pull @ np.linalg.solve(scaled, pull) - 0.5 * np.linalg.slogdet(scaled)[1]
     n_sensors = np.unique(free // N_BIASES).size
-    n_scales = int(np.count_nonzero(free % N_BIASES == SCALE))
-    cost = A_SENSOR * n_sensors + A_BIAS * (free.size - n_scales) + A_SCALE * n_scales
+    n_rare = int(np.count_nonzero(np.isin(free % N_BIASES, RARE)))
+    cost = A_SENSOR * n_sensors + A_BIAS * (free.size - n_rare) + A_RARE * n_rare
     return float(gain - cost)

@@ -29,7 +29,7 @@ class _Courses(NamedTuple):
     time: FloatArray
     place: FloatArray
     height: FloatArray
-    slope: FloatArray  # By each of the four biases, (tracks, times, 2, 4)
+    slope: FloatArray  # By each bias, (tracks, times, 2, 6)
     spread: FloatArray  # Variance of a place along an axis [m²], (tracks,)
 
 

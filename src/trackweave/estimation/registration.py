@@ -17,10 +17,10 @@ from trackweave.estimation.bias_equations import (
 )
 from trackweave.estimation.common_objects import objects_of
 from trackweave.estimation.sightings import (
-    AZIMUTH,
     CLOCK,
+    EAST,
     N_BIASES,
-    RANGE,
+    NORTH,
     USUAL_BIASES,
     Sightings,
 )
@@ -44,11 +44,15 @@ NOISY, FEIGNED, LONGEST = 0.05, 0.2, 4.0
 CLEAR, WORTH = 4.0, 0.2
 # A number that is surer than beforehand by less than this factor is not told.
 TOLD = 0.5
+# A sensor that measures ranges may stand elsewhere than told by this share of its usual distance.
+ELSEWHERE = 0.02
+# One may where its tracks are so many times as seldom those of others, too, as the best one's.
+LONELY = 0.5
 
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """Biases of sensors, shape (sensors, 4)."""
+    """Biases of sensors, shape (sensors, 6)."""
 
     # What is to be taken out of reports: 0 where nothing is.
     bias: FloatArray
@@ -63,10 +67,82 @@ class Registered:
     scale: float = 1.0  # Factor on covariances that objects turned out to need
 
 
+@dataclass(frozen=True, eq=False)
+class _Agreed:
+    """Objects and biases that make what sensors saw agree."""
+
+    may: NDArray[np.bool_]  # The biases that were looked for
+    prior: FloatArray
+    pieces: Pieces
+    bias: FloatArray
+    equations: Equations
+    inflation: float
+
+    @property
+    def matrix(self) -> FloatArray:
+        """Of the normal equations, raveled."""
+        return self.equations.matrix / self.inflation
+
+    @property
+    def vector(self) -> FloatArray:
+        """Their right side about no bias."""
+        return self.equations.vector / self.inflation + self.matrix @ self.bias.ravel()
+
+
 def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> Registered:
     """Return the biases that reports of common objects show."""
-    # Association and biases by turns: at first as uncertain as beforehand, then as known. ``may``
-    # are the biases that are looked for, shape (sensors, 4), ``fastest`` the greatest speed [m/s].
+    # ``may`` are the biases that are looked for, shape (sensors, 6), ``fastest`` the greatest
+    # speed [m/s]. Who measures ranges stands where it is told to, unless that explains less.
+    moved = np.zeros_like(may)
+    moved[:, [EAST, NORTH]] = sightings.is_polar[:, None]
+    moved &= may
+    agreed = _agreed(sightings, may & ~moved, fastest)
+    if moved.any() and _is_in_doubt(agreed, sightings, moved):
+        elsewhere = _agreed(sightings, may, fastest)
+        if not isinstance(elsewhere, str) and _stands_elsewhere(elsewhere, moved):
+            agreed = elsewhere
+    if isinstance(agreed, str):
+        return _nothing(may, agreed)
+    noise = np.repeat(_noise(sightings, agreed.pieces), N_BIASES)
+    found = _believed(
+        (agreed.matrix, agreed.vector),
+        agreed.prior.ravel(),
+        agreed.may.ravel(),
+        agreed.equations.size / noise,
+    )
+    return Registered(
+        bias=found[0].reshape(may.shape),
+        likely=found[1].reshape(may.shape),
+        sigma=found[2].reshape(may.shape),
+        covariance=found[3],
+        n_objects=int(agreed.pieces.object.max()) + 1,
+        n_reports=agreed.pieces.row.size,
+        scale=agreed.inflation,
+    )
+
+
+def _is_in_doubt(agreed: _Agreed | str, sightings: Sightings, moved: NDArray[np.bool_]) -> bool:
+    """Tell whether a sensor may stand elsewhere than told."""
+    if isinstance(agreed, str) or _stands_elsewhere(agreed, moved):
+        return True
+    # Of one far off no track is where the others' are.
+    every = np.bincount(sightings.sensor, minlength=sightings.n_sensors)
+    paired = np.bincount(sightings.sensor[agreed.pieces.row], minlength=sightings.n_sensors)
+    share = paired[every > 0] / every[every > 0]
+    return bool(share.min() < LONELY * share.max())
+
+
+def _stands_elsewhere(agreed: _Agreed, moved: NDArray[np.bool_]) -> bool:
+    """Tell whether some of the biases are part of the best explanation, if they are allowed."""
+    found = chosen(
+        agreed.matrix, agreed.vector, agreed.prior.ravel(), (agreed.may | moved).ravel()
+    )
+    return bool(found.is_free[moved.ravel()].any())
+
+
+def _agreed(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> _Agreed | str:
+    """Return objects and biases that agree, or why none do."""
+    # Association and biases by turns: at first as uncertain as beforehand, then as known.
     prior = _prior(sightings, fastest)
     precision = np.where(may, 1.0 / prior**2, PINNED / prior**2).ravel()
     bias, covariance = np.zeros(may.shape), np.diag(1.0 / precision)
@@ -76,7 +152,7 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
         before, pieces = bias, pieces_of(sightings, again, longer)
         n_objects = int(pieces.object.max(initial=-1)) + 1
         if n_objects < FEWEST_OBJECTS:
-            return _nothing(may, f"only {n_objects} objects are seen by several sensors at a time")
+            return f"only {n_objects} objects are seen by several sensors at a time"
         bias, equations, scale = _fitted(sightings, pieces, bias, precision)
         inflation = _inflation(equations, pieces, precision)
         covariance = np.linalg.inv(equations.matrix / inflation + np.diag(precision))
@@ -87,23 +163,11 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
         objects, longer = again, 2.0 * longer if noisy else longer
     untold = feigned > FEIGNED
     if np.any(untold & may[:, CLOCK]):
-        return registered(sightings, may & ~_clocks(may, untold), fastest)
+        return _agreed(sightings, may & ~_clocks(may, untold), fastest)
     moved = np.abs(bias - before).ravel() / np.sqrt(np.diagonal(covariance))
     if scale > WORST_SCALE or inflation > WORST_INFLATION or moved.max() > 1.0:
-        return _nothing(may, "no biases make what the sensors see agree")
-    matrix = equations.matrix / inflation
-    vector = equations.vector / inflation + matrix @ bias.ravel()
-    noise = np.repeat(_noise(sightings, pieces), N_BIASES)
-    found = _believed((matrix, vector), prior.ravel(), may.ravel(), equations.size / noise)
-    return Registered(
-        bias=found[0].reshape(may.shape),
-        likely=found[1].reshape(may.shape),
-        sigma=found[2].reshape(may.shape),
-        covariance=found[3],
-        n_objects=n_objects,
-        n_reports=pieces.row.size,
-        scale=inflation,
-    )
+        return "no biases make what the sensors see agree"
+    return _Agreed(may, prior, pieces, bias, equations, inflation)
 
 
 def _clocks(may: NDArray[np.bool_], sensors: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -116,8 +180,10 @@ def _clocks(may: NDArray[np.bool_], sensors: NDArray[np.bool_]) -> NDArray[np.bo
 def _prior(sightings: Sightings, fastest: float) -> FloatArray:
     prior = np.tile(USUAL_BIASES, (sightings.n_sensors, 1))
     shift = fastest * float(sightings.period.max())
-    for number in (RANGE, AZIMUTH):
-        prior[~sightings.is_polar, number] = shift
+    for sensor, polar in enumerate(sightings.is_polar):
+        distance = sightings.distance[sightings.sensor == sensor]
+        far = ELSEWHERE * float(np.median(distance)) if polar and distance.size else shift
+        prior[sensor, [EAST, NORTH]] = far
     return prior
 
 

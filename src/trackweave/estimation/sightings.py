@@ -1,9 +1,9 @@
 """What several sensors saw of the same sky, and how it depends on their biases.
 
-A sensor's biases are four numbers. Of one that measures ranges: its ranges are too long by a
-*range bias* [m] and by a share, the *range scale*; its azimuths too great by an *azimuth bias*
-[rad]; its clock ahead by a *clock offset* [s]. Of one that reports positions the first is a shift
-to the north [m], the second nothing, the third a shift to the east [m].
+A sensor's biases are six numbers. What it tells lies too far *east* and *north* [m], as its
+positions are shifted or it does not stand where it is said to; its clock is ahead by a *clock
+offset* [s]. Of one that measures ranges these are too long by a *range bias* [m] and by a share,
+the *range scale*; its azimuths are too great by an *azimuth bias* [rad].
 """
 
 from dataclasses import dataclass, replace
@@ -19,6 +19,8 @@ from trackweave.estimation.tracklets import FEWEST_REPORTS
 __all__ = [
     "AZIMUTH",
     "CLOCK",
+    "EAST",
+    "NORTH",
     "N_BIASES",
     "RANGE",
     "SCALE",
@@ -27,10 +29,11 @@ __all__ = [
     "tracks_apart",
 ]
 
-RANGE, SCALE, AZIMUTH, CLOCK = range(4)
-N_BIASES = 4
-USUAL_BIASES = (200.0, 2e-3, float(np.radians(0.5)), 1.0)
-"""Their standard deviations beforehand: a range [m], a share, an azimuth [rad], a clock [s]."""
+RANGE, SCALE, AZIMUTH, EAST, NORTH, CLOCK = range(6)
+N_BIASES = 6
+USUAL_BIASES = (200.0, 2e-3, float(np.radians(0.5)), 1000.0, 1000.0, 1.0)
+"""Their standard deviations beforehand: a range [m], a share, an azimuth [rad], two shifts [m], a
+clock [s]."""
 # The standard deviation of a normal distribution, of its median distance from the middle.
 OF_MEDIAN = 1.4826
 # Of fewer tracks no noise can be told.
@@ -73,36 +76,40 @@ class Sightings:
         return np.split(order, np.flatnonzero(np.diff(self.track[order])) + 1)
 
     def corrected(self, bias: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return times [s] and places [m] without biases, shape (sensors, 4)."""
+        """Return times [s] and places [m] without biases, shape (sensors, 6)."""
         own = bias[self.sensor]
-        polar = self.is_polar[self.sensor]
         too_long = own[:, RANGE] + own[:, SCALE] * self.slant
-        outward, side = self._directions(own[:, AZIMUTH])
-        ranged = self.centre + (self.distance - self.steepness * too_long)[:, None] * outward
-        shifted = self.centre - own[:, RANGE, None] * outward - own[:, AZIMUTH, None] * side
-        return self.time - own[:, CLOCK], np.where(polar[:, None], ranged, shifted)
+        outward, _ = self._directions(own[:, AZIMUTH])
+        length = np.where(
+            self.is_polar[self.sensor], self.distance - self.steepness * too_long, 0.0
+        )
+        centre = self.centre - own[:, [EAST, NORTH]]
+        return self.time - own[:, CLOCK], centre + length[:, None] * outward
 
     def without(self, bias: FloatArray) -> "Sightings":
-        """Return what sensors would have seen without biases, shape (sensors, 4)."""
+        """Return what sensors would have seen without biases, shape (sensors, 6)."""
         own, polar = bias[self.sensor], self.is_polar[self.sensor]
         slant = np.where(polar, (self.slant - own[:, RANGE]) / (1.0 + own[:, SCALE]), self.slant)
         longer = np.where(self.slant > 0.0, slant / np.maximum(self.slant, 1e-9), 1.0)
         return replace(
             self,
             time=self.time - own[:, CLOCK],
-            centre=np.where(polar[:, None], self.centre, self.centre - own[:, [AZIMUTH, RANGE]]),
+            centre=self.centre - own[:, [EAST, NORTH]],
             slant=slant,
             distance=self.distance * longer,
             azimuth=self.azimuth - np.where(polar, own[:, AZIMUTH], 0.0),
         )
 
     def slopes(self, bias: FloatArray) -> FloatArray:
-        """Return how far a unit of each bias but the clock's moves places [m], (reports, 2, 3)."""
+        """Return how far a unit of each bias but the clock's moves places [m], (reports, 2, 5)."""
         outward, side = self._directions(bias[self.sensor, AZIMUTH])
-        longer = self.steepness[:, None] * outward
-        return np.stack(
-            [longer, self.slant[:, None] * longer, self.distance[:, None] * side], axis=2
-        )
+        polar = self.is_polar[self.sensor]
+        longer = np.where(polar, self.steepness, 0.0)[:, None] * outward
+        slope = np.zeros((self.time.size, 2, CLOCK))
+        slope[:, :, RANGE], slope[:, :, SCALE] = longer, self.slant[:, None] * longer
+        slope[:, :, AZIMUTH] = np.where(polar, self.distance, 0.0)[:, None] * side
+        slope[:, 0, EAST] = slope[:, 1, NORTH] = 1.0
+        return slope
 
     def axes(self, bias: FloatArray) -> FloatArray:
         """Return the directions along and across each report's line of sight, (reports, 2, 2)."""

@@ -12,7 +12,7 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
-from trackweave.estimation.sightings import AZIMUTH, CLOCK, N_BIASES, RANGE, SCALE
+from trackweave.estimation.sightings import AZIMUTH, CLOCK, EAST, N_BIASES, NORTH, RANGE, SCALE
 
 __all__ = ["BIAS_KEYS", "as_key", "keys_of", "told_biases", "unbiased"]
 
@@ -20,11 +20,10 @@ BIAS_KEYS: dict[str, tuple[int, ...]] = {
     "range_bias_m": (RANGE,),
     "range_scale": (SCALE,),
     "azimuth_bias_deg": (AZIMUTH,),
-    # Of positions, the numbers in the places of an azimuth and a range are shifts.
-    "translation": (AZIMUTH, RANGE),
+    "translation": (EAST, NORTH),
     "clock_offset": (CLOCK,),
 }
-"""The keys, and which of a sensor's four numbers each tells."""
+"""The keys, and which of a sensor's six numbers each tells."""
 _DEGREES = math.degrees(1.0)
 Kind: TypeAlias = MeasurementKind | ForeignKind
 
@@ -40,7 +39,7 @@ def keys_of(kind: Kind) -> tuple[str, ...]:
 
 
 def as_key(key: str, numbers: FloatArray, *, is_sigma: bool = False) -> Any:
-    """Return what a key says of a sensor's four numbers, or of their standard deviations."""
+    """Return what a key says of a sensor's six numbers, or of their standard deviations."""
     own = [float(numbers[place]) for place in BIAS_KEYS[key]]
     if key == "translation":
         return own
@@ -50,7 +49,7 @@ def as_key(key: str, numbers: FloatArray, *, is_sigma: bool = False) -> Any:
 
 
 def told_biases(reports: ReportTable, told_of: Callable[[str], Mapping[str, Any]]) -> FloatArray:
-    """Return the biases that are told, 0 for none, shape (sensors, 4) as in ``Sightings``."""
+    """Return the biases that are told, 0 for none, shape (sensors, 6) as in ``Sightings``."""
     # ``told_of`` gives the keys of a sensor, by its name.
     bias = np.zeros((len(reports.sensors), N_BIASES))
     for index, name in enumerate(reports.sensors):

@@ -124,7 +124,10 @@ def registered(
     reports = with_beam_times(reports, told)
     heights = found_heights(reports, told, looks=looks)
     flat = heights.found is not None and heights.found.is_on_ground
-    found = registration_of(heights.reports, told, looks=looks, flat=flat)
+    # A height that is found takes up a part of what a wrong place does.
+    found = registration_of(
+        heights.reports, told, looks=looks, flat=flat, elsewhere=not heights.n_filled
+    )
     return heights, replace(found, placed=placed)
 
 

@@ -1,6 +1,6 @@
 """Biases of sensors: those that are told taken out of reports, others looked for."""
 
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -15,7 +15,7 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
 from trackweave.estimation.registration import Registered, registered
-from trackweave.estimation.sightings import N_BIASES, SCALE
+from trackweave.estimation.sightings import AZIMUTH, EAST, N_BIASES, NORTH, RANGE, SCALE
 from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbiased
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.sighting import NO_HEIGHT, sightings_of
@@ -23,6 +23,8 @@ from trackweave.run.sighting import NO_HEIGHT, sightings_of
 __all__ = ["Registration", "registration_of", "unfit"]
 
 DIGITS = 6
+# Where a sensor stands is no bias of its reports: it moves all of them by these numbers.
+POSITION, OF_POSITION = "position", (EAST, NORTH)
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,11 +33,13 @@ class Registration:
 
     reports: ReportTable
     configuration: Configuration  # With the biases that were taken out
-    told: FloatArray  # As told, shape (sensors, 4)
+    told: FloatArray  # As told, shape (sensors, 6)
     found: Registered | None = None  # What reports show besides; None where nothing was looked for
     refused: dict[str, str] = field(default_factory=dict)  # Why not, by sensor
     doubt: str = ""  # Why nothing could be looked for at all
     placed: tuple[str, ...] = ()  # Whose places reports told, by the beam that turns there
+    # Where sensors that measure ranges are told to stand, x, y[, z] [m], by name.
+    places: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
     def entered(self, settings: Settings) -> Settings:
         """Return a configuration as used, in which what was found counts as estimated."""
@@ -51,9 +55,7 @@ class Registration:
             return [f"biases of sensors were not looked for: {NO_HEIGHT}"] if is_mendable else []
         words: dict[str, list[str]] = {}
         for name, index, key in self.found_out():
-            value = as_key(key, self.told[index] + self.found.bias[index])
-            sigma = as_key(key, self._sigmas[index], is_sigma=True)
-            words.setdefault(name, []).append(_words(key, value, sigma))
+            words.setdefault(name, []).append(self._words(index, key))
         right = [n for n in self.reports.sensors if n not in words and n not in self.refused]
         beside = f" beside {', '.join(right)}" if right else ""
         return [
@@ -76,7 +78,7 @@ class Registration:
             return None
         found = self.found
         sensors = {
-            name: {key: self._of_key(index, key) for key in keys_of(self.reports.kind_of(index))}
+            name: {key: self._of_key(index, key) for key in self._keys(index)}
             for index, name in enumerate(self.reports.sensors)
             if found is not None and name not in self.refused
         }
@@ -93,7 +95,7 @@ class Registration:
         return [
             {"key": f"sensors.{name}.{key}", **self._of_key(index, key)}
             for name, index, key in self.found_out()
-            if self.told[index, list(BIAS_KEYS[key])].any()
+            if key == POSITION or self.told[index, list(_numbers(key))].any()
         ]
 
     @property
@@ -106,28 +108,66 @@ class Registration:
         if self.found is None:
             return
         for index, name in enumerate(self.reports.sensors):
-            for key in keys_of(self.reports.kind_of(index)):
-                if self.found.bias[index, list(BIAS_KEYS[key])].any():
+            for key in self._keys(index):
+                if self.found.bias[index, list(_numbers(key))].any():
                     yield name, index, key
+
+    def used(self, index: int, key: str) -> Any:
+        """Return the value of a sensor's key that is used."""
+        assert self.found is not None
+        return _rounded(self._value(index, key, self.found.bias))
+
+    def _words(self, index: int, key: str) -> str:
+        """Return what was found of a key, and how sure it is."""
+        assert self.found is not None
+        numbers = np.atleast_1d(self._value(index, key, self.found.bias))
+        sure = np.atleast_1d(_sigma(key, self._sigmas[index]))
+        if key == POSITION:
+            east, north = self.found.bias[index, list(OF_POSITION)].tolist()
+            # Places are wrong the other way.
+            moved = [f"{abs(east):.4g} m {'west' if east > 0 else 'east'}"] if east else []
+            moved += [f"{abs(north):.4g} m {'south' if north > 0 else 'north'}"] if north else []
+            at = ", ".join(f"{each:.6g}" for each in numbers)
+            by = ", ".join(f"{each:.2g}" for each in sure[[east != 0.0, north != 0.0]])
+            return f"it stands {' and '.join(moved)} of its position, at [{at}] (± {by} m)"
+        said = ", ".join(f"{a:.4g} ± {b:.2g}" for a, b in zip(numbers, sure, strict=True))
+        return f"{key} {said}"
 
     def _of_key(self, index: int, key: str) -> dict[str, Any]:
         assert self.found is not None
-        found, told = self.found, self.told[index]
-        sigma = _finite(as_key(key, found.sigma[index], is_sigma=True))
-        learned = _finite(as_key(key, told + found.likely[index]))
+        sigma = _finite(_sigma(key, self.found.sigma[index]))
+        learned = _finite(self._value(index, key, self.found.likely))
         return {
-            "told": as_key(key, told),
+            "told": self._value(index, key, np.zeros_like(self.told)),
             "learned": None if sigma is None else learned,
             "sigma": sigma,
-            "used": _rounded(as_key(key, told + found.bias[index])),
+            "used": self.used(index, key),
         }
+
+    def _keys(self, index: int) -> tuple[str, ...]:
+        own = keys_of(self.reports.kind_of(index))
+        return (*own, POSITION) if self.reports.sensors[index] in self.places else own
+
+    def _value(self, index: int, key: str, besides: FloatArray) -> Any:
+        """Return what a key says where a sensor has biases besides those that are told."""
+        if key != POSITION:
+            return as_key(key, self.told[index] + besides[index])
+        place = list(self.places[self.reports.sensors[index]])
+        east, north = besides[index, list(OF_POSITION)].tolist()
+        return [place[0] - east, place[1] - north, *place[2:]]
 
 
 def registration_of(
-    every: ReportTable, configuration: Configuration, *, looks: bool = True, flat: bool = False
+    every: ReportTable,
+    configuration: Configuration,
+    *,
+    looks: bool = True,
+    flat: bool = False,
+    elsewhere: bool = True,
 ) -> Registration:
     """Return reports without the biases that are told, and those that the reports show clearly."""
-    # Only with ``looks`` are any looked for; ``flat`` where ranges clearly are on the ground.
+    # Only with ``looks`` are any looked for; ``flat`` where ranges clearly are on the ground;
+    # with ``elsewhere`` sensors may stand elsewhere than told.
     told = told_biases(every, configuration.sensor)
     reports = unbiased(every, told)
     known = Registration(reports, configuration, told)
@@ -142,14 +182,21 @@ def registration_of(
     seen = sightings_of(reports, configuration, observed, chosen, flat=flat)
     if isinstance(seen, str):
         return replace(known, doubt=seen)
-    found = registered(seen[0], _may_be(reports, configuration, refused), seen[1])
-    known = replace(known, found=found)
+    places = {
+        name: place
+        for name, place in positions_in(reports, configuration).items()
+        if elsewhere
+        and name not in refused
+        and reports.kind_of(reports.sensors.index(name)).has_range
+    }
+    may = _may_be(reports, configuration, refused, places)
+    found = registered(seen[0], may, seen[1])
+    known = replace(known, found=found, places=places)
     if not found.bias.any():
         return known
     sensors = configuration.table("sensors")
     for name, index, key in known.found_out():
-        value = _rounded(as_key(key, told[index] + found.bias[index]))
-        sensors[name] = {**sensors.get(name, {}), key: value}
+        sensors[name] = {**sensors.get(name, {}), key: known.used(index, key)}
     changed = configuration.changed(sensors=sensors)
     # What is used is what is written down, to the last digit.
     return replace(
@@ -177,9 +224,13 @@ def unfit(
 
 
 def _may_be(
-    reports: ReportTable, configuration: Configuration, refused: dict[str, str]
+    reports: ReportTable,
+    configuration: Configuration,
+    refused: Container[str],
+    places: Container[str],
 ) -> NDArray[np.bool_]:
-    """Tell which biases may be other than told, shape (sensors, 4)."""
+    """Tell which biases may be other than told, shape (sensors, 6)."""
+    # ``refused`` has none that can be told, and who is in ``places`` may stand elsewhere.
     may = np.ones((len(reports.sensors), N_BIASES), dtype=np.bool_)
     for index, name in enumerate(reports.sensors):
         kind, said = reports.kind_of(index), configuration.sensor(name)
@@ -187,12 +238,28 @@ def _may_be(
             may[index] = False
             continue
         if kind.is_position:
-            may[index, SCALE] = False
+            may[index, [RANGE, SCALE, AZIMUTH]] = False
+        elif name not in places:
+            may[index, list(OF_POSITION)] = False
         trust = said.get("trust", False)
-        for key in keys_of(kind):
-            if key in said and (trust is True or (trust and key in trust)):
-                may[index, list(BIAS_KEYS[key])] = False
+        for key in (*keys_of(kind), POSITION):
+            # A place on the Earth is a position by now.
+            words = {key, "place"} if key == POSITION else {key}
+            if key in said and (trust is True or (trust and words & set(trust))):
+                may[index, list(_numbers(key))] = False
     return may
+
+
+def _numbers(key: str) -> tuple[int, ...]:
+    """Return which of a sensor's six numbers a key tells."""
+    return OF_POSITION if key == POSITION else BIAS_KEYS[key]
+
+
+def _sigma(key: str, numbers: FloatArray) -> Any:
+    """Return how sure a key is, by the standard deviations of a sensor's six numbers."""
+    if key == POSITION:
+        return [float(each) for each in numbers[list(OF_POSITION)]]
+    return as_key(key, numbers, is_sigma=True)
 
 
 def _finite(value: Any) -> Any:
@@ -205,10 +272,3 @@ def _rounded(value: Any) -> Any:
     if isinstance(value, list):
         return [_rounded(each) for each in value]
     return digits(value, DIGITS)
-
-
-def _words(key: str, value: Any, sigma: Any) -> str:
-    """Return what was found of a key, and how sure it is."""
-    numbers, sure = np.atleast_1d(value), np.atleast_1d(sigma)
-    said = ", ".join(f"{a:.4g} ± {b:.2g}" for a, b in zip(numbers, sure, strict=True))
-    return f"{key} {said}"

@@ -97,7 +97,9 @@ def test_a_wrong_place_is_no_wrong_clock_where_all_fly_one_way():
             measured = np.hypot(*away.T) + rng.normal(0, 70, len(away)), azimuth % 360.0
             columns = dict(zip(("range_m", "azimuth_deg"), measured, strict=True))
             parts.append(pl.DataFrame({"time": time, "sensor": name, **columns}))
-    own = {"sigma": {"range_m": 70.0, "azimuth_deg": 0.08}, "scan_period": 5.0}
+    none = {"range_bias_m": 0.0, "range_scale": 1.0, "azimuth_bias_deg": 0.0, "clock_offset": 0.0}
+    sigma = {"range_m": 70.0, "azimuth_deg": 0.08}
+    own = {"sigma": sigma, "scan_period": 5.0, **none, "trust": True}
     told = {"a": {**own, "position": [0.0, 30e3]}, "b": {**own, "position": [6300.0, -25e3]}}
     found = track(pl.concat(parts).sort("time"), {"sensors": told}).run["diagnostics"]
     (first,) = [each for each in found if each["cause"] in {"clock", "offset", "bias"}]
