@@ -22,6 +22,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PAGES = HERE.parent / "docs"
+_PLACES = ("--aircraft", "60", "--radars", "3", "--first", "61", "--seeds", "3")
 # The peers come first: tracking.py sets its own figures beside theirs.
 SCRIPTS = {
     "peers": ["peers.py"],
@@ -30,6 +31,7 @@ SCRIPTS = {
     "estimates": ["estimates.py"],
     "biases": ["biases.py", "--seeds", "3"],
     "biases-found": ["biases.py", "--only", "--first", "31", "--seeds", "12"],
+    "places-found": ["biases.py", "--places", *_PLACES],
     "optimality": ["optimality.py"],
     "opensky": ["opensky.py"],
     "manoeuvres": ["manoeuvres.py"],
@@ -107,6 +109,7 @@ GROUPS = {
 OWN_PAGES = {
     "biases": "explanation/estimation.md",
     "biases-found": "explanation/estimation.md",
+    "places-found": "explanation/estimation.md",
     "boxes": "how-to/my-video-detections.md",
     "contradictions": "explanation/diagnostics.md",
     "damaged": "reference/formats.md",

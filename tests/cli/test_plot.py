@@ -206,6 +206,17 @@ def test_refuses_a_truth_on_the_earth_for_a_run_on_a_plane(
     assert "latitudes and longitudes" in complaint(run, directory, "--truth", truth)
 
 
+@pytest.mark.parametrize(("later", "is_said"), [(0.0, False), (1e6, True)])
+def test_a_truth_of_another_time_is_told(
+    run: Run, directory: Path, tmp_path: Path, later: float, is_said: bool
+) -> None:
+    truth = tmp_path / "other.csv"
+    truth.write_text(f"time,target,x,y\n{1.0 + later},a,1,2\n")
+    drawn = run("plot", directory, "--truth", truth)
+    assert drawn.exit_code == 0
+    assert ("another recording" in drawn.stderr) == is_said
+
+
 @pytest.mark.parametrize("name", ["picture.jpg", "picture", "run/tracks.csv"])
 def test_refuses_a_picture_of_another_kind(
     run: Run, directory: Path, tmp_path: Path, name: str

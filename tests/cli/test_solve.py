@@ -161,6 +161,13 @@ def test_an_empty_problem_costs_nothing(run: Run, tmp_path: Path) -> None:
     assert out.read_text() == "i1,i2,cost\n"
 
 
+@pytest.mark.parametrize(("cost", "is_said"), [(3.0, True), (-3.0, False)])
+def test_says_why_nothing_is_chosen(run: Run, tmp_path: Path, cost: float, is_said: bool) -> None:
+    table = tmp_path / "problem.csv"
+    table.write_text(f"i1,i2,cost\n1,1,{cost}\n1,2,4\n")
+    assert ("no tuple is chosen" in run("solve", table).stderr) == is_said
+
+
 @pytest.mark.parametrize("method", METHODS)
 def test_no_time_at_all_gives_what_can_be_had_at_once(
     method: str, run: Run, tmp_path: Path

@@ -91,3 +91,11 @@ def test_directions_of_a_beam_or_a_sector_are_not_asked_about(first, last):
 def test_ranges_too_short_beside_what_else_is_told_are_asked_about(other, value, is_asked):
     notes = polar(np.linspace(0.0, 90.0, 80), 80.0, **{other: np.full(80, value)})
     assert any("are they kilometres?" in note for note in notes) == is_asked
+
+
+@pytest.mark.parametrize(("zones", "count"), [(("Z", ""), 1), (("Z", "Z"), 0), (("", ""), 0)])
+def test_times_of_which_some_tell_no_zone_are_asked_about(zones, count):
+    time = [f"2024-05-01T00:00:0{k}{zone}" for k, zone in enumerate(zones)]
+    reports = tw.read_reports(pl.DataFrame({"time": time, "x": [1.0, 2.0], "y": [1.0, 2.0]}))
+    asked = [note for note in reports.notes if "zone" in note]
+    assert asked == ["time: 1 of 2 tell no zone; they are taken for UTC"] * count

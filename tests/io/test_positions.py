@@ -90,6 +90,12 @@ def test_says_what_is_wrong_with_positions(columns, message):
     assert str(caught.value).startswith(f"table, {message}")
 
 
+def test_latitudes_under_another_name_are_told_by_which_to_call_them():
+    with pytest.raises(DataFormatError) as caught:
+        positions(**{"time": [1.0], "Lat (deg)": [52.0], "Long (deg)": [4.0]})
+    assert "--from 'csv?lat=Lat (deg)&lon=Long (deg)' tells" in str(caught.value)
+
+
 def test_ranges_under_another_name_are_told_by_which_to_call_them():
     with pytest.raises(DataFormatError, match=r"range_m=NAME&azimuth_deg=NAME"):
         positions(**{"Range (m)": [1.0], "Azimuth": [2.0]})

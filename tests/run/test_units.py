@@ -58,3 +58,41 @@ def test_frames_are_tracked_in_any_unit(length, moment):
 @pytest.mark.parametrize("seed", [1, 2])
 def test_who_reports_every_twenty_minutes_keeps_its_name(seed):
     assert quality(collars(seed))[0] > 0.95
+
+
+def boats(lengths=1.0, times=1.0):
+    """Return boats that two sensors see, the second with units of its own."""
+    rng = np.random.default_rng(2)
+    start, velocity = rng.uniform(-2e4, 2e4, (8, 2)), rng.uniform(-15, 15, (8, 2))
+    parts = []
+    for name, begin, length, unit in (("a", 0.0, 1.0, 1.0), ("b", 2.0, lengths, times)):
+        for time in np.arange(begin, 300.0, 5.0):
+            place = (start + velocity * time)[rng.random(8) < 0.9]
+            place = length * (place + rng.normal(0, 20, place.shape))
+            columns = {"x": place[:, 0], "y": place[:, 1]}
+            parts.append(pl.DataFrame({"time": time * unit, "sensor": name, **columns}))
+    return pl.concat(parts).sort("time")
+
+
+@pytest.mark.parametrize(
+    ("units", "words"),
+    [
+        ({"lengths": 1 / 1852.0}, "sensor b: its positions seem to be in nautical miles"),
+        ({"lengths": 1e-3}, "kilometres"),
+        ({"times": 1e3}, "sensor b: its times seem to be in milliseconds"),
+    ],
+)
+def test_units_of_one_sensor_are_told_by_the_others(units, words):
+    assert words in track(boats(**units)).run["diagnostics"][0]["sentence"]
+
+
+@pytest.mark.parametrize(("name", "is_asked"), [(("x", "y"), True), (("lon", "lat"), False)])
+def test_degrees_that_are_called_metres_are_asked_about(name, is_asked):
+    rng = np.random.default_rng(1)
+    start, velocity = rng.uniform(0, 0.1, (4, 2)), rng.uniform(-2e-5, 2e-5, (4, 2))
+    parts = []
+    for time in np.arange(0.0, 200.0, 10.0):
+        place = [4.0, 52.0] + start + velocity * time + rng.normal(0, 1e-5, (4, 2))
+        parts.append(pl.DataFrame({"time": time, name[0]: place[:, 0], name[1]: place[:, 1]}))
+    causes = [each["cause"] for each in track(pl.concat(parts)).run["diagnostics"]]
+    assert ("degrees" in causes) == is_asked

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from trackweave.arrays import FloatArray
 from trackweave.cli.edge import Voice
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED
@@ -69,6 +70,12 @@ def run_plot(
     else:
         scene = with_reports(scene, table, assignment)
     series = series_of(run)
+    if scene.truth is not None and not _meet(scene.truth.time, series.time):
+        voice.say(
+            f"{truth}: times from {scene.truth.time.min():.10g} to {scene.truth.time.max():.10g}, "
+            f"while the run's scans are from {series.time.min():.10g} to "
+            f"{series.time.max():.10g}; is it another recording's?"
+        )
     if ending == PAGE:
         from trackweave.service.picture import page_of_run
 
@@ -79,6 +86,13 @@ def run_plot(
         voice.say("reports are not drawn, for their positions are not in the run; see --reports")
     voice.say(f"The picture is {out}.")
     return _found(run, scene, series, out)
+
+
+def _meet(one: FloatArray, other: FloatArray) -> bool:
+    """Tell whether times of two kinds are there together; no times are with all."""
+    if not (one.size and other.size):
+        return True
+    return bool(one.min() <= other.max() and other.min() <= one.max())
 
 
 def _read_reports(path: Path, run: RunFiles) -> ReportTable:

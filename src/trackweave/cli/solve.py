@@ -66,6 +66,11 @@ def run_solve(
     if not voice.on_terminal:
         cost, bound = (shown(found[name], digits=10) for name in ("cost", "lower_bound"))
         voice.say(f"cost {cost}, lower bound {bound}, {found['status']}; --json tells all")
+    if len(table) and not len(answer.nodes) and np.all(table.costs > 0.0):
+        voice.say(
+            "no tuple is chosen: each costs more than to leave its items alone, at "
+            f"{shown(table.alone, digits=10)} each; what is worth taking costs less than that"
+        )
     return found
 
 

@@ -308,7 +308,22 @@ def questions(checks: RowChecks) -> list[str]:
         asked.append(
             "lat, lon: all within 1.571 and 3.142; are they radians? They are taken for degrees"
         )
-    return [*asked, *_of_directions(checks), *_of_ranges(checks)]
+    return [*_of_zones(checks), *asked, *_of_directions(checks), *_of_ranges(checks)]
+
+
+def _of_zones(checks: RowChecks) -> list[str]:
+    """Return a question where some times tell their zone and others do not."""
+    if "time" not in checks.names or checks.column("time").dtype != pl.String:
+        return []
+    text = checks.column("time").drop_nulls().str.strip_chars()
+    dated = text.filter(text.str.contains(r"^\d{4}-?\d\d-?\d\d[T ]"))
+    zoned = int(dated.str.contains(r"(?i)(z|[+-]\d\d:?\d\d)$").sum())
+    if zoned in (0, dated.len()):
+        return []
+    return [
+        f"{checks.own_name('time')}: {dated.len() - zoned} of {dated.len()} tell no zone; they "
+        "are taken for UTC"
+    ]
 
 
 def _of_directions(checks: RowChecks) -> list[str]:

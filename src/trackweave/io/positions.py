@@ -110,7 +110,13 @@ def read_positions(
         if first in names:
             checks.require(second, f"position columns {_EXPECTED}")
     hint = "; --from 'csv?x=NAME&y=NAME' tells what columns are called in a file"
-    if {"left", "top"} <= names:
+    on_earth = [
+        next((n for n in checks.names if n.strip().lower().startswith(begin)), None)
+        for begin in ("lat", "lon")
+    ]
+    if all(on_earth):
+        hint = "; --from 'csv?lat={}&lon={}' tells what they are called here".format(*on_earth)
+    elif {"left", "top"} <= names:
         hint = "; of boxes, give their middle as x, y"
     elif any(word in name.lower() for name in names for word in ("range", "azimuth", "bearing")):
         hint = "; of what a radar tells, --from 'csv?range_m=NAME&azimuth_deg=NAME' does"

@@ -1,7 +1,7 @@
 """What sets one sensor apart from all others: its clock, its place, its axes, its units."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -56,12 +56,15 @@ class Sample:
     near: float  # How far from a track a report of its object may be [m]
     extent: float  # Diagonal of the space in which the tracks are [m]
 
-    def there(self, later: float = 0.0) -> tuple[IntArray, IntArray, FloatArray]:
+    def there(
+        self, later: float = 0.0, scale: float = 1.0
+    ) -> tuple[IntArray, IntArray, FloatArray]:
         """Return pairs of a report and a track alive then: both numbers, and the track's place."""
-        # What is later by so many seconds was made that much earlier.
+        # What is later by so many seconds was made that much earlier; times are in a unit of
+        # so many seconds.
         report, track, place = [], [], []
         for number, path in enumerate(self.paths):
-            at = path.at(self.time - later)
+            at = path.at(scale * self.time - later)
             alive = np.flatnonzero(~np.isnan(at[:, 0]))
             report.append(alive)
             track.append(np.full(alive.size, number))
@@ -198,6 +201,9 @@ ODD_ONE = 0.6
 NEARLY = 0.85
 MOST_SENSORS = 8
 WEIGHT = 100.0
+# Units that are taken for metres [m] and for seconds [s].
+LENGTHS = {"kilometres": 1e3, "nautical miles": 1852.0, "feet": 0.3048, "millimetres": 1e-3}
+TIMES = {"milliseconds": 1e-3, "minutes": 60.0}
 EXPECTED = "degrees clockwise from north"
 
 
@@ -266,6 +272,9 @@ def disagreeing_sensors(case: Case) -> Iterator[Finding]:
         if len(telling) == 2:
             other = next(i for i in telling if i != samples[k].index)
             others = f"sensor {case.reports.sensors[other]}'s"
+            if found.word == "millimetres":
+                # Of two that differ a thousandfold either may be the one that is wrong.
+                found = replace(found, what=f"{found.what}, or {others} in kilometres")
         yield Finding(
             found.word,
             name,
@@ -300,19 +309,23 @@ def _cause(sample: Sample, before: float, case: Case) -> _Cause | None:
 
 
 def _of_units(sample: Sample, case: Case) -> Iterator[_Cause]:
-    """Yield kilometres taken for metres, and the other way round."""
+    """Yield other units of places and of times."""
     pairs = sample.there()
     is_polar = case.reports.kind_of(sample.index).has_range
     what = "ranges" if is_polar else "positions"
     base = sample.platform if is_polar else 0.0
-    for factor, unit in ((1e3, "kilometres"), (1e-3, "millimetres")):
+    for unit, metres in LENGTHS.items():
         yield _Cause(
-            "kilometres" if factor > 1 else "millimetres",
-            sample.fit(pairs, base + factor * (sample.place - base)),
+            unit,
+            sample.fit(pairs, base + metres * (sample.place - base)),
             f"its {what} seem to be in {unit}",
             "give them in metres",
-            factor,
+            metres,
         )
+    for unit, seconds in TIMES.items():
+        fit = sample.fit(sample.there(scale=seconds), sample.place)
+        what = f"its times seem to be in {unit}"
+        yield _Cause(unit, fit, what, "give them in seconds", seconds)
 
 
 def _of_clock(sample: Sample) -> Iterator[_Cause]:

@@ -25,7 +25,7 @@ from trackweave.run.diagnostics.told import (
     noise,
     out_of_view,
 )
-from trackweave.run.diagnostics.units import azimuths_in_radians
+from trackweave.run.diagnostics.units import azimuths_in_radians, degrees_as_metres
 
 __all__ = ["CHECKS", "diagnose"]
 
@@ -38,6 +38,7 @@ CHECKS: tuple[Check, ...] = (
     sparse_scans,
     repeated_reports,
     azimuths_in_radians,
+    degrees_as_metres,
     other_senses,
     disagreeing_sensors,
     biased_sensors,

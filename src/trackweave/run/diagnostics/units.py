@@ -7,7 +7,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["NARROW", "azimuths_in_radians", "sense_of", "senses_of"]
+__all__ = ["NARROW", "azimuths_in_radians", "degrees_as_metres", "sense_of", "senses_of"]
 
 # So many directions that fill all that radians can be, and nothing else, are radians.
 FEWEST, FILLED = 60, 0.97
@@ -37,6 +37,39 @@ def azimuths_in_radians(case: Case) -> Iterator[Finding]:
                 weight=WEIGHT,
                 seen=float(high),
             )
+
+
+# Degrees taken for metres lie within these, not all about 0, and nothing on Earth moves so many of
+# them a second or is placed so coarsely.
+LONGITUDE, LATITUDE, NOT_ABOUT_ZERO = 180.0, 90.0, 1.0
+FASTEST_DEG, COARSEST_DEG = 5e-3, 1e-3
+
+
+def degrees_as_metres(case: Case) -> Iterator[Finding]:
+    """Yield positions that move and scatter as degrees of longitude and latitude do."""
+    reports, known = case.reports, ~np.isnan(case.position[:, 0])
+    if reports.frame is not None or not all(
+        reports.kind_of(index).is_position for index in range(len(reports.sensors))
+    ):
+        return
+    east, north = np.abs(case.position[known]).T
+    speeds = [float(path.speed.max()) for path in case.paths]
+    sigma = [case.plane_sigma(index) for index in case.examined]
+    fits = (
+        np.all(east <= LONGITUDE)
+        and np.all(north <= LATITUDE)
+        and max(east.max(initial=0.0), north.max(initial=0.0)) > NOT_ABOUT_ZERO
+    )
+    if fits and speeds and 0.0 < max(speeds) < FASTEST_DEG and max(sigma) < COARSEST_DEG:
+        yield Finding(
+            "degrees",
+            None,
+            f"x, y: nothing moves faster than {max(speeds):.2g} m/s or is placed worse than to "
+            f"{max(sigma):.2g} m, and all lies within 180 and 90; are they degrees of longitude "
+            "and latitude? They are taken for metres; call them lon and lat if they are",
+            weight=WEIGHT,
+            seen=max(speeds),
+        )
 
 
 # So many directions are compared, with so many positions nearest in time.
