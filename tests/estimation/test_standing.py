@@ -16,7 +16,7 @@ PLACE = (1000.0, 2000.0)
 NOBODY = table(np.array([0.0]), np.array([PLACE])), ()
 
 
-def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0):
+def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0, *, at_rest=False):
     """Return the places found beside aircraft, of one at 20 km, due east, and when it is there."""
     rng = np.random.default_rng(4)
     moments = 4.0 * np.arange(n_scans)
@@ -30,7 +30,8 @@ def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0):
     time = np.concatenate([np.repeat(moments, 20), moments[there]])
     where = np.concatenate([air, echo[there]]) + PLACE
     order = np.argsort(time, kind="stable")
-    told = with_standing(GUESS, table(time[order], where[order]), {"A": PLACE}, NOBODY)
+    reports = table(time[order], where[order])
+    told = with_standing(GUESS, reports, {"A": PLACE}, NOBODY, at_rest=at_rest)
     return told.sensors["A"].echoes
 
 
@@ -47,6 +48,14 @@ def test_what_is_seen_seldom_is_false_however_exact():
 
 def test_an_object_that_stands_is_none():
     assert found(spread=1.0, share=0.9) == ()
+
+
+def test_where_what_stands_is_told_to_be_an_echo_it_is_one_and_what_moves_is_not():
+    ((x, *_, count),) = found(spread=1.0, share=0.9, at_rest=True)
+    assert x == pytest.approx(21e3, abs=60.0)
+    assert count == pytest.approx(0.9, rel=0.1)
+    assert found(spread=1.0, share=0.9, drift=0.8, at_rest=True) == ()
+    assert len(on_plane(0.9, at_rest=True)) == 1
 
 
 def moored(offsets, scatter, sensor=SENSOR, at=(1000.0, 0.0)):
@@ -87,7 +96,9 @@ def test_neither_is_what_leaves_or_moves_or_is_seen_too_little(odd):
     assert found(**odd) == ()
 
 
-def on_plane(share: float, n_scans: int = 120) -> tuple[tuple[float, ...], ...]:
+def on_plane(
+    share: float, n_scans: int = 120, *, at_rest: bool = False
+) -> tuple[tuple[float, ...], ...]:
     """Return the places found where positions of 5 m come from one place, sure tracks left out."""
     rng = np.random.default_rng(5)
     moments = np.arange(float(n_scans))
@@ -96,7 +107,7 @@ def on_plane(share: float, n_scans: int = 120) -> tuple[tuple[float, ...], ...]:
     sensor = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
     reports = table(there, place)
-    return with_seldom(guess, reports, {"A": moments}).sensors["A"].echoes
+    return with_seldom(guess, reports, {"A": moments}, at_rest=at_rest).sensors["A"].echoes
 
 
 def test_a_place_on_the_plane_is_found_with_its_spread_and_number():

@@ -39,6 +39,22 @@ def straight(each: int, now: float) -> np.ndarray:
     )
 
 
+def test_what_stands_still_at_times_hides_nothing_that_goes_as_far_as_the_next_is_off() -> None:
+    # A belt goes 0.9 m from frame to frame but for two stops; parcels are 0.5 to 1.5 m apart.
+    rng, rows, moved = np.random.default_rng(3), [], 0.0
+    start = -np.cumsum(rng.uniform(0.5, 1.5, 220))
+    for now in range(200):
+        for parcel in np.flatnonzero((start + moved > 0.0) & (start + moved < 7.0)):
+            if rng.random() < 0.96:
+                place = (start[parcel] + moved, 0.1 + 0.5 * ((7 * parcel) % 10) / 10)
+                rows.append((float(now), *(place + rng.normal(0.0, 0.02, 2)), str(parcel)))
+        moved += 0.0 if now % 90 > 78 else 0.9
+    table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+    result = tw.track(table.drop("target"))
+    quality = assignment_quality(table["target"].to_list(), result.reports["track"].to_list())
+    assert quality.idf1 > 0.8
+
+
 def apart(each: int, now: float) -> np.ndarray:
     """Return a place a thousand kilometres from all others."""
     return np.array([1e6 * each + now, 0.5 * now])

@@ -166,6 +166,7 @@ def fill(
     divide = sources.choose(("lifecycle", "divide"), default=LifecycleSection.divide)
     join = sources.choose(("lifecycle", "join"), default=LifecycleSection.join)
     merge = sources.choose(("lifecycle", "merge"), None)
+    sources.choose(("lifecycle", "at_rest"), default=LifecycleSection.at_rest)
     search, deadline = _search(sources, configuration)
     max_ahead = sources.choose(("live", "max_ahead"), default=LiveSection.max_ahead)
     usual = estimates and (estimates.period or _beside_lone(sensors))

@@ -294,6 +294,10 @@ class LifecycleSection(Section, of=(Lifecycle,)):
         "looked for after the run.",
     ] = True
     merge: Annotated[float, NOISE, "Objects nearer than this may be one report of both [m]."]
+    at_rest: Annotated[
+        Literal["objects", "echoes"],
+        "What stays at one place all the time is: an object, or one of its sensor's echoes.",
+    ] = "objects"
 
 
 class GrowthSection(Section, of=(GrowthLimits,)):

@@ -53,8 +53,11 @@ def with_standing(
     reports: ReportTable,
     places: Mapping[str, Sequence[float]],
     followed: _Followed,
+    *,
+    at_rest: bool = False,
 ) -> Estimates:
     """Return estimates with the places of false alarms of sensors that measure ranges."""
+    # With ``at_rest`` whatever stands is one, however often it is seen.
     # ``places`` are where those stand [m]. Reports are of the whole recording, on the plane, with
     # the number of their scan where it is not their time; ``followed`` is a stretch of them with
     # its sure tracks.
@@ -68,24 +71,31 @@ def with_standing(
         if not np.any(np.ptp(stands, axis=0) > 1.0):
             polar = components(reports.measurement[rows] - stands)
             passers = _Passers.of(followed, name, stands[0], np.array(found.sigma)[:2])
+            seen_from = _SeenFrom(stands[0], passers, at_rest)
             sensors[name] = _with(
-                found, _of_ranges(found, polar, _moments(reports, rows), (stands[0], passers))
+                found, _of_ranges(found, polar, _moments(reports, rows), seen_from)
             )
     return replace(estimates, sensors=sensors)
 
 
 def with_seldom(
-    estimates: Estimates, unexplained: ReportTable, looks: Mapping[str, FloatArray]
+    estimates: Estimates,
+    unexplained: ReportTable,
+    looks: Mapping[str, FloatArray],
+    *,
+    at_rest: bool = False,
 ) -> Estimates:
     """Return estimates with the places where sensors report positions again and again."""
-    # ``unexplained`` are the reports on no sure track, ``looks`` when each sensor looked [s].
+    # ``unexplained`` are the reports on no sure track, ``looks`` when each sensor looked [s]. With
+    # ``at_rest`` they are all, and whatever stands is such a place, however often it is seen.
     sensors = dict(estimates.sensors)
     for index, name in enumerate(unexplained.sensors):
         found, rows = sensors.get(name), np.flatnonzero(unexplained.sensor == index)
         if found is None or found.scans is False or unexplained.dim != 2 or not rows.size:
             continue
         place, moments = unexplained.measurement[rows], _moments(unexplained, rows)
-        sensors[name] = _with(found, _of_plane(found, place, moments, looks[name].size))
+        standing = _of_plane(found, place, moments, looks[name].size, at_rest=at_rest)
+        sensors[name] = _with(found, standing)
     return replace(estimates, sensors=sensors)
 
 
@@ -105,7 +115,7 @@ def _with(sensor: SensorEstimate, standing: _Places) -> SensorEstimate:
 
 
 def _of_plane(
-    sensor: SensorEstimate, place: FloatArray, moments: _Moments, n_scans: int
+    sensor: SensorEstimate, place: FloatArray, moments: _Moments, n_scans: int, *, at_rest: bool
 ) -> _Places:
     """Return x, y, spread [m] and number a scan of places where a sensor reports positions."""
     # What wags about a place, such as a cell, scatters too: there only its silence tells.
@@ -114,8 +124,9 @@ def _of_plane(
     usual = sensor.clutter_density * math.pi * (NEAR * sigma) ** 2
     return tuple(
         _written(each.middle * sigma, max(float(each.spread.max()), 1.0) * sigma, each.number)
-        for each in _repeated(place / sigma, moments, n_scans)
-        if each.share <= most and each.number > DENSER * usual
+        for each in _repeated(place / sigma, moments, n_scans, at_rest=at_rest)
+        if (each.share <= most or (at_rest and each.moved < MOVED))
+        and each.number > DENSER * usual
     )[:MOST_PLACES]
 
 
@@ -123,10 +134,10 @@ def _of_ranges(
     sensor: SensorEstimate,
     polar: FloatArray,
     moments: _Moments,
-    seen_from: tuple[FloatArray, "_Passers"],
+    seen_from: "_SeenFrom",
 ) -> _Places:
     """Return the same of ranges and azimuths of a sensor that stands at a place."""
-    stands, passers = seen_from
+    stands, passers, at_rest = seen_from
     sigma, (scan, time) = np.array(sensor.sigma)[:2], moments
     scaled, n_scans = polar[:, :2] / sigma, np.unique(scan).size
     seen = max(FEWEST, SELDOM * sensor.detection_probability * n_scans)
@@ -138,13 +149,15 @@ def _of_ranges(
         (about, np.flatnonzero(polar[:, 0] < OVERLAP * border)),
         (scaled, np.flatnonzero(polar[:, 0] > border / OVERLAP)),
     ):
-        is_left[rows[_of_objects(where[rows], scan[rows], seen)]] = False
+        if not at_rest:
+            is_left[rows[_of_objects(where[rows], scan[rows], seen)]] = False
     left = np.flatnonzero(is_left)
     # Where noise is coarse, what comes from anywhere comes near every place, and lies about it.
     cells = float(np.prod(np.maximum(np.ptp(scaled, axis=0), 1.0)))
     holds = DENSER * min(math.pi * NEAR**2 / cells, 1.0)
     places = []
-    for each in _repeated(scaled[left], (scan[left], time[left]), n_scans):
+    moments = scan[left], time[left]
+    for each in _repeated(scaled[left], moments, n_scans, at_rest=at_rest):
         own = 1.0 - passers.share(each.middle)
         if each.moved >= MOVED and each.rest <= STEADY and each.share * n_scans >= seen:
             # As exact and as often seen as objects are, and moving slowly.
@@ -214,6 +227,14 @@ class _Passers(NamedTuple):
         return sum(count for count, size in near if count <= OF_PASSERS * size) / max(total, 1)
 
 
+class _SeenFrom(NamedTuple):
+    """Where a sensor stands, what passes, and whether whatever stands is an echo."""
+
+    stands: FloatArray  # [m]
+    passers: _Passers
+    at_rest: bool
+
+
 def _n_near(scaled: FloatArray, middle: FloatArray) -> int:
     return int(np.count_nonzero(np.linalg.norm(scaled - middle, axis=1) <= NEAR))
 
@@ -240,7 +261,9 @@ def _way(place: FloatArray, elapsed: FloatArray, part: IntArray) -> tuple[float,
     return float(np.linalg.norm(line[1])), float((1.4826 * np.median(np.abs(off), axis=0)).max())
 
 
-def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repeated]:
+def _repeated(
+    scaled: FloatArray, moments: _Moments, n_scans: int, *, at_rest: bool = False
+) -> list[_Repeated]:
     """Return the places with reports all the time, those of most reports first."""
     if n_scans < FEWEST_SCANS or not scaled.size:
         return []
@@ -258,11 +281,13 @@ def _repeated(scaled: FloatArray, moments: _Moments, n_scans: int) -> list[_Repe
         if not free[row]:
             continue
         middle = np.median(scaled[all_within(tree, scaled[[row]], NEAR)[0]], axis=0)
-        free[row], free[all_within(tree, middle[None], 2 * NEAR)[0]] = False, False
         near = all_within(tree, middle[None], NEAR)[0]
+        spread = 1.4826 * np.median(np.abs(scaled[near] - middle), axis=0)
+        # What an object's noise scatters about one place is all there; what is wider has a fringe.
+        apart = NEAR if at_rest and spread.max() < STEADY else 2.0 * NEAR
+        free[row], free[all_within(tree, middle[None], apart)[0]] = False, False
         n_seen = np.unique(scan[near]).size
         if n_seen >= enough and np.unique(part[near]).size == PARTS:
-            spread = 1.4826 * np.median(np.abs(scaled[near] - middle), axis=0)
             way = _way(scaled[near], elapsed[near], part[near])
             places.append(_Repeated(middle, spread, near.size / n_scans, n_seen / n_scans, *way))
     return places

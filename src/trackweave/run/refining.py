@@ -56,6 +56,8 @@ PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
 # Some of what radars see is off by far, mostly the same objects', and beside others each sees
 # nothing at times: or the tracks would leave out the very reports that tell.
 PATIENT_TAILS, PATIENT_SCALE, PATIENT_PERSISTENCE, PATIENT_SHARE = 0.05, 10.0, 0.9, 0.1
+# Where less than this share of reports is on sure tracks, objects may go farther.
+SPARSE = 0.25
 # Where nearly nothing is known, proofs of what is best take minutes and tell nothing more.
 QUICK = Auto(evaluations=10_000, branches=0)
 # Nor need decisions stay open for long in a sky, as they do in a crowd of people: it tells the
@@ -115,12 +117,13 @@ def estimates_for(
     if directions is None and (lone or estimates.of_one_object):
         # Threads have told it all; whether tracks know better, ``run.likelier`` asks.
         return estimates
+    at_rest = configuration.said("lifecycle", "at_rest") == "echoes"
     beams = {name: (each.period, each.phase, each.direction) for name, each in turning.items()}
     asked = configuration, beams, scanning
     arrays = reports.time, reports.sensor, reports.measurement
     known = None if directions is None else directions.kept.known(asked, arrays)
     if directions is not None and known is not None:
-        return _directed(known[0], known[1], known[2], directions)
+        return _directed(known[0], known[1], known[2], directions, at_rest=at_rest)
     stretch = stretch_of(reports)
     for number in range(1, MOST_ROUNDS + 1):
         before = estimates
@@ -139,10 +142,11 @@ def estimates_for(
     estimates = replace(estimates, notes=said)
     if directions is None:
         estimates = with_tails(estimates, stretch, followed)
-        return with_seldom(estimates, _unexplained(estimates, stretch, followed), followed.looks)
+        left = stretch if at_rest else _unexplained(estimates, stretch, followed)
+        return with_seldom(estimates, left, followed.looks, at_rest=at_rest)
     told = estimates, (reports, stretch), followed
     directions.kept.keep(asked, arrays, told)
-    return _directed(*told, directions)
+    return _directed(*told, directions, at_rest=at_rest)
 
 
 def _followed(
@@ -155,9 +159,10 @@ def _followed(
     """Return by what a stretch is tracked in a round, and what that gave."""
     settings = fill(configuration, _patient(estimates), stretch.sensors)
     followed = _follow(stretch, settings, rotations)
-    if number > 1 or rotations or sure_tracks(estimates, stretch, followed):
+    sure = sum(track.rows.size for track in sure_tracks(estimates, stretch, followed))
+    if number > 1 or rotations or sure > SPARSE * len(stretch):
         return estimates, followed
-    found = widely_searched(estimates, stretch, configuration)
+    found = widely_searched(estimates, stretch, configuration, is_tracked=sure > 0)
     if found is None:
         return estimates, followed
     return found, _follow(stretch, fill(configuration, found, stretch.sensors), rotations)
@@ -187,6 +192,8 @@ def _directed(
     tables: tuple[ReportTable, ReportTable],
     followed: Followed,
     directions: Directions,
+    *,
+    at_rest: bool,
 ) -> Estimates:
     """Return estimates with those of sensors that measure directions."""
     # ``tables`` are all reports and the stretch of them that was followed.
@@ -199,7 +206,7 @@ def _directed(
     estimates = with_components(estimates, stretch, followed, ranging)
     estimates = with_tails(estimates, stretch, followed, ranging, directions.sigmas)
     sure = sure_tracks(estimates, stretch, followed)
-    estimates = with_standing(estimates, reports, ranging, (stretch, sure))
+    estimates = with_standing(estimates, reports, ranging, (stretch, sure), at_rest=at_rest)
     sensors, notes = dict(estimates.sensors), list(estimates.notes)
     for name in ranging:
         if name in sensors and isinstance(sensors[name].sigma, tuple):

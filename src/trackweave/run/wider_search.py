@@ -70,6 +70,10 @@ class _Trials:
             self.found[trial] = self.stretch.tracked(self.at(trial)).cost
         return self.found[trial]
 
+    def as_before(self) -> float:
+        """Return what tracks cost of objects that go as the estimates say [nats]."""
+        return self.stretch.tracked(self.estimates).cost
+
     def best(self, distances: FloatArray) -> _Trial:
         """Return the trial under which tracks are likeliest."""
         here = min(((each, 1.0, 1.0) for each in distances.tolist()), key=self.cost)
@@ -85,9 +89,14 @@ class _Trials:
 
 
 def widely_searched(
-    estimates: Estimates, reports: ReportTable, configuration: Configuration
+    estimates: Estimates,
+    reports: ReportTable,
+    configuration: Configuration,
+    *,
+    is_tracked: bool = False,
 ) -> Estimates | None:
     """Return estimates under which tracks are likelier than false alarms; None where none are."""
+    # Where some are tracked (``is_tracked``), likelier than under these estimates, too.
     periods = [each.scan_period for each in estimates.sensors.values()]
     if None in periods or reports.dim != 2:
         return None
@@ -100,7 +109,10 @@ def widely_searched(
     stretch = Stretch.of_positions(part, configuration)
     trials = _Trials(stretch, _of_false_alarms(estimates, part), max(filter(None, periods)))
     best = trials.best(distances)
-    if trials.cost(best) > -max(SURE, SURE_OF_EACH * len(part)):
+    least = max(SURE, SURE_OF_EACH * len(part))
+    if trials.cost(best) > -least:
+        return None
+    if is_tracked and trials.cost(best) > trials.as_before() - least:
         return None
     return replace(trials.at(best), doubts={})
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from trackweave.run.diagnostics.across import disagreeing_sensors, other_senses
+from trackweave.run.diagnostics.at_rest import tracks_at_rest
 from trackweave.run.diagnostics.biased import biased_sensors
 from trackweave.run.diagnostics.case import Case, Check, Finding
 from trackweave.run.diagnostics.jumps import common_jumps
@@ -48,6 +49,7 @@ CHECKS: tuple[Check, ...] = (
     motion,
     detection,
     clutter,
+    tracks_at_rest,
     few_assigned,
 )
 # What weighs so much explains what tracks show beside it.

@@ -34,6 +34,14 @@ def few_assigned(case: Case) -> Iterator[Finding]:
         for i in case.examined
         if case.is_told(f"sensors.{case.sensors[i].name}.clutter_density")
     )
+    # What stands is an echo where that is told.
+    at_rest = case.settings.values["lifecycle"].get("at_rest") == "echoes"
+    false += sum(
+        each[3] * scans_of(case, i)
+        for i in case.examined
+        if at_rest or case.is_told(f"sensors.{case.sensors[i].name}.echoes")
+        for each in case.sensors[i].echoes
+    )
     # … or show by themselves, as those that come again do.
     is_seen = any(case.sensors[index].clutter_persistence > 0.0 for index in case.examined)
     is_clutter = assigned > 0 and (is_seen or assigned >= OF_OBJECTS * max(total - false, 0.0))
