@@ -23,7 +23,8 @@ from trackweave.trackers.window import Window
 SENSOR = {"sigma": 10.0, "clutter_density": 1e-6}
 NO_LIBRARY_DEFAULT = {
     "seed", "motion.model", "motion.process_noise", "motion.max_speed", "motion.trust",
-    "tracker.kind", "lifecycle.divide", "lifecycle.join", "lifecycle.merge",
+    "tracker.kind", "lifecycle.at_rest", "lifecycle.divide", "lifecycle.join",
+    "lifecycle.merge",
     "plots.fuse", "plots.within", "plots.object_density",
 }  # fmt: skip
 TRACKERS = (MultiHypothesisTracker, NearestNeighbourTracker, FusedPlotsTracker)

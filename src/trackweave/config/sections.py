@@ -295,8 +295,7 @@ class LifecycleSection(Section, of=(Lifecycle,)):
     ] = True
     merge: Annotated[float, NOISE, "Objects nearer than this may be one report of both [m]."]
     at_rest: Annotated[
-        Literal["objects", "echoes"],
-        "What stays at one place all the time is: an object, or one of its sensor's echoes.",
+        Literal["objects", "echoes"], "What stays at one place all the time is."
     ] = "objects"
 
 

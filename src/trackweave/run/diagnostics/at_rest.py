@@ -21,7 +21,8 @@ def tracks_at_rest(case: Case) -> Iterator[Finding]:
     """Yield how many tracks stay where they are, and are seen more seldom than those that move."""
     if case.settings.values["lifecycle"].get("at_rest") == "echoes":
         return
-    resting, moving = [], []
+    resting: list[float] = []
+    moving: list[float] = []
     for own in case.groups:
         rate = _rate(case, own)
         if rate is not None:
@@ -53,7 +54,7 @@ def _rate(case: Case, own: IntArray) -> float | None:
         # A beam that turns looks in sectors: of a turn an object is in one.
         moments = case.looks[name]
         turn = case.sensors[index].rotation
-        inside = np.count_nonzero((moments >= time[0]) & (moments <= time[-1]))
+        inside = int(np.count_nonzero((moments >= time[0]) & (moments <= time[-1])))
         looks += inside if turn is None else int((time[-1] - time[0]) / turn.period) + 1
     return own.size / max(looks, 1)
 
