@@ -6,6 +6,7 @@ import pytest
 from trackweave.estimation.looking import (
     are_even_steps,
     is_filled_evenly,
+    line_up,
     looking,
     shun_successive,
 )
@@ -205,3 +206,31 @@ def test_what_comes_as_it_likes_fills_no_instants_evenly():
     rng = np.random.default_rng(5)
     assert not is_filled_evenly(np.sort(rng.integers(0, 100, 300)).astype(float))
     assert not is_filled_evenly(np.sort(rng.uniform(0.0, 100.0, 300)))
+
+
+def test_traffic_that_swells_and_ebbs_fills_looks_evenly():
+    rng = np.random.default_rng(6)
+    here = 8.0 + 5.0 * np.sin(np.arange(120) / 9.0)
+    count = rng.binomial(np.round(here).astype(int), 0.93)
+    assert is_filled_evenly(np.repeat(2.0 * np.arange(120), count))
+
+
+def lane(rng, each):
+    """Return times and places of cars that one looks at, or of tags that report in turn."""
+    time, place = [], []
+    start = np.cumsum(rng.uniform(40.0, 110.0, 60))
+    for instant in range(60):
+        here = start + 27.0 * 2.0 * instant - 3300.0
+        here = here[(here > 0.0) & (here < 600.0)]
+        if each == "tags":
+            # Other tags at each instant, which come again in their own slots.
+            here = np.random.default_rng(instant % 5).uniform(0.0, 600.0, here.size)
+        time += [2.0 * instant] * here.size
+        place += [(x + rng.normal(0.0, 1.5), rng.normal(0.0, 0.5)) for x in here]
+    return np.array(time), np.array(place)
+
+
+@pytest.mark.parametrize(("each", "lines_up"), [("cars", True), ("tags", False)])
+def test_who_is_looked_at_lines_up_however_far_it_goes_and_who_has_slots_does_not(each, lines_up):
+    time, place = lane(np.random.default_rng(7), each)
+    assert line_up(time, place) == lines_up

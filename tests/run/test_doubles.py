@@ -105,7 +105,7 @@ def test_without_scans_copies_come_within_two_seconds_of_the_first() -> None:
         {"sensor": ["a", "b"]},
         {"identity": ["211", "212"]},
         {"sigma_x": [1.0, 2.0], "sigma_y": [1.0, 1.0]},
-        {"strength": [1.0, None]},
+        {"strength": [1.0, 2.0]},
     ],
     ids=["sensor", "identity", "sigma", "strength"],
 )
@@ -276,3 +276,16 @@ def test_equal_numbers_of_two_identities_are_two_reports():
     unnamed = named.with_columns(identity=pl.lit(None, pl.String))
     doubles, _ = doubles_of(read_reports(pl.concat([named, other, unnamed])), settled_by(ANYHOW))
     assert len(doubles.copies) == 0
+
+
+@pytest.mark.parametrize("lacking", [0, 1])
+def test_a_noise_that_one_copy_lacks_is_that_of_the_other(lacking: int) -> None:
+    once = lone().sort("time")
+    told = once.with_columns(sigma_x=pl.lit(7.0), sigma_y=pl.lit(8.0))
+    bare = told.with_columns(sigma_x=pl.lit(None, pl.Float64), sigma_y=pl.lit(None, pl.Float64))
+    parts = [told, bare] if lacking else [bare, told]
+    table = pl.concat(parts).sort("time", maintain_order=True).drop("target")
+    reports = read_reports(table)
+    found, _ = doubles_of(reports, settled_by(ANYHOW))
+    assert found.copies.size == len(once)
+    np.testing.assert_array_equal(found.once.sigma[:, :2], np.tile([7.0, 8.0], (len(once), 1)))

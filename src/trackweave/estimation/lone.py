@@ -13,6 +13,7 @@ from trackweave.estimation.looking import (
     Looking,
     are_even_steps,
     is_filled_evenly,
+    line_up,
     looking,
 )
 from trackweave.estimation.noise import (
@@ -95,7 +96,7 @@ def judged(
     named = identity_threads(reports, rows[heard])
     if named is None:
         threads = threads_of(time, position)
-        if is_filled_evenly(time) and are_even_steps(time, position):
+        if is_filled_evenly(time) and (are_even_steps(time, position) or line_up(time, position)):
             # Threads speak of places that objects come back to, not of who reports.
             return Looking(0.0, 0.0, 1.0, 0), threads, rows
     else:

@@ -9,7 +9,14 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.frames import scan_period
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["Looking", "are_even_steps", "is_filled_evenly", "looking", "shun_successive"]
+__all__ = [
+    "Looking",
+    "are_even_steps",
+    "is_filled_evenly",
+    "line_up",
+    "looking",
+    "shun_successive",
+]
 
 # A thread of so many reports has a rhythm.
 LASTING = 6
@@ -36,6 +43,9 @@ EVEN, MOST_EMPTY = 0.3, 2.0
 # Steps are alike of which the middle half differs by less than such a share of the usual one, and
 # that is so much of the extent of all at most.
 ALIKE, WITHIN = 0.5, 0.6
+# So many instants are looked at for reports that line up, of so many reports each at most; chance
+# gives so few of them one before and one after as exactly about them.
+MOST_INSTANTS, MOST_AT_ONCE, BY_CHANCE = 80, 60, 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +143,8 @@ def is_filled_evenly(time: FloatArray) -> bool:
     if slot[-1] >= MOST_EMPTY * instants.size:
         return False
     count = np.bincount(slot)
-    return bool(count.var() < EVEN * count.mean())
+    # From one to the next, so that traffic that swells and ebbs is no chance.
+    return bool(np.mean(np.diff(count) ** 2) / 2.0 < EVEN * count.mean())
 
 
 def are_even_steps(time: FloatArray, position: FloatArray) -> bool:
@@ -161,6 +172,38 @@ def are_even_steps(time: FloatArray, position: FloatArray) -> bool:
     low, usual, high = np.quantile(steps, [0.25, 0.5, 0.75])
     extent = float(np.linalg.norm(np.ptp(position, axis=0)))
     return bool(high - low < ALIKE * usual and usual < WITHIN * extent)
+
+
+def line_up(time: FloatArray, position: FloatArray) -> bool:
+    """Tell whether reports of three successive instants lie on straight ways more than by chance.
+
+    Of objects that are looked at each is in all three, however far it goes meanwhile; who has
+    slots of its own is in one of them.
+
+    Parameters
+    ----------
+    time
+        Of each report [s], ascending.
+    position
+        Of each [m], shape (reports, dimensions).
+
+    Returns
+    -------
+    Whether half of the reports have another before and one after them so exactly about
+    themselves as chance, reports of another time after them, gives hardly any.
+    """
+    parts = np.split(position, np.flatnonzero(np.diff(time)) + 1)
+    if len(parts) < LASTING or max(map(len, parts)) > MOST_AT_ONCE:
+        return False
+    first = max(0, (len(parts) - MOST_INSTANTS) // 2)
+    found, chance = [], []
+    for place in range(first + 1, min(first + MOST_INSTANTS, len(parts)) - 1):
+        other = (place + 1 + len(parts) // 2) % len(parts)
+        for off, after in ((found, parts[place + 1]), (chance, parts[other])):
+            middle = (parts[place - 1][:, None] + after[None]).reshape(-1, position.shape[1]) / 2.0
+            off.append(tree_of(middle).query(parts[place])[0])
+    exact = float(np.median(np.concatenate(found)))
+    return bool(np.mean(np.concatenate(chance) <= exact) < BY_CHANCE)
 
 
 def shun_successive(number: IntArray, threads: list[IntArray]) -> bool:

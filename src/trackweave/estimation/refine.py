@@ -12,6 +12,7 @@ from trackweave.estimation.clear_air import in_the_clear
 from trackweave.estimation.coverage import in_view
 from trackweave.estimation.estimate import WIDER
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
+from trackweave.estimation.looking import is_filled_evenly
 from trackweave.estimation.neighbours import is_as_most, noise_beside_curves
 from trackweave.estimation.noise import (
     arrays_of,
@@ -36,19 +37,16 @@ __all__ = [
 
 REFINED = ("motion.process_noise", "motion.max_speed", "lifecycle.new_target_density")
 REFINED_OF_SENSOR = ("sigma", "detection_probability", "clutter_density", "strength")
-MOST_REPORTS = 4000
-MOST_REPORTS_PER_SCAN = 200
+MOST_REPORTS, MOST_REPORTS_PER_SCAN = 4000, 200
 # A stretch holds so many looks of a usual sensor, be it of a small part of the plane.
 LEAST_LOOKS, LEAST_PART = 30, 0.1
 # Tracks of so many reports are beyond doubt, and last.
 SURE_HITS, LASTING_HITS = 6, 12
 # … that one of its sensors saw at so much of the usual share of chances.
 SEEN = 0.6
-LEAST_CHAINS_REPORTS = 40
-"""Fewer reports in tracks tell nothing of noise."""
+LEAST_CHAINS_REPORTS = 40  # Fewer reports in tracks tell nothing of noise.
 # What is believed beforehand of the chance of detection, as if seen so often.
-USUAL_DETECTION, USUAL_CHANCES = 0.9, 10.0
-DETECTION_RANGE = (0.3, 0.96)
+USUAL_DETECTION, USUAL_CHANCES, DETECTION_RANGE = 0.9, 10.0, (0.3, 0.96)
 PIECE = 5
 # So much of what objects do from one report to the next is left beside the curve through their
 # neighbours: noise that is less is hidden by it.
@@ -119,13 +117,15 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
     sensors = dict(estimates.sensors)
     noises: list[float] = []
     for index, name in enumerate(reports.sensors):
-        if name not in sensors or not np.any(reports.sensor == index):
+        look = np.sort(reports.look[reports.sensor == index])
+        # What does not look is told by threads, per second.
+        if name not in sensors or not look.size or sensors[name].scans is False:
             continue
-        if sensors[name].scans is False:
-            continue  # Told by threads, per second.
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         # Where first estimates are in doubt, so is what lasts in a crowd: any sure track counts.
-        lasting = SURE_HITS if name in estimates.doubts else LASTING_HITS
+        # Where looks hold equally many, hardly any is a false alarm.
+        is_any = name in estimates.doubts or is_filled_evenly(look)
+        lasting = SURE_HITS if is_any else LASTING_HITS
         sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed, lasting)
         found = _noise(sensors[name], tracks, (reports, index), is_wild=followed.is_wild)
         if found is not None:

@@ -114,6 +114,8 @@ def note_on_astray(reports: ReportTable, astray: NDArray[np.bool_]) -> list[str]
     ]
 
 
+# What is told beside a measurement: copies may tell less than the first.
+BESIDE = ("sigma", "strength", "height")
 # Where nothing scans, receivers stamp what they hear within so many seconds, but for rounding.
 WITHIN_S = 2.0 + 1e-6
 
@@ -144,7 +146,19 @@ class Doubles:
             identity, told = named.identity.copy(), self.copies[named.identity[self.copies] >= 0]
             identity[self.first[told]] = named.identity[told]
             named = replace(named, identity=identity)
+        for name in BESIDE:
+            values = getattr(named, name)
+            if values is not None:
+                named = replace(named, **{name: self._filled(values)})
         return named.part(np.flatnonzero(heard))
+
+    def _filled(self, values: FloatArray) -> FloatArray:
+        """Return values of all reports, those that one heard first lacks from its copies."""
+        filled = values.copy()
+        for copy in self.copies.tolist():
+            own = filled[self.first[copy]]
+            filled[self.first[copy]] = np.where(np.isnan(own), values[copy], own)
+        return filled
 
     @property
     def place(self) -> IntArray:
@@ -223,11 +237,20 @@ def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:
 def _same_numbers(reports: ReportTable) -> IntArray:
     """Return one number for all reports of a sensor that are equal but for their times."""
     columns: list[FloatArray | IntArray] = [reports.sensor]
-    for matrix in (reports.measurement, reports.sigma, reports.platform, reports.context):
+    for matrix in (reports.measurement, reports.platform, reports.context):
         columns += [] if matrix is None else list(matrix.T)
-    for column in (reports.strength, reports.height):
-        columns += [] if column is None else [column]
     frame = pl.DataFrame({str(place): column for place, column in enumerate(columns)})
+    where = frame.columns
+    for name in BESIDE:
+        values = getattr(reports, name)
+        for place, column in enumerate([] if values is None else np.atleast_2d(values.T)):
+            # What one copy does not tell is as the others have it, if these agree.
+            own = pl.Series(f"{name} {place}", column, nan_to_null=True)
+            told = pl.col(own.name)
+            is_one = told.drop_nulls().n_unique().over(where) <= 1
+            frame = frame.with_columns(own).with_columns(
+                pl.when(is_one).then(0.0).otherwise(told).alias(own.name)
+            )
     if reports.identity is not None:
         # An identity that one copy lacks is that of the others, if those have one.
         name = pl.when(pl.col("name") >= 0).then(pl.col("name"))

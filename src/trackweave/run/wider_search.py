@@ -107,9 +107,15 @@ def widely_searched(
     if not distances.size:
         return None
     stretch = Stretch.of_positions(part, configuration)
-    trials = _Trials(stretch, _of_false_alarms(estimates, part), max(filter(None, periods)))
-    best = trials.best(distances)
+    beside, n_even = _of_false_alarms(estimates, part)
+    trials = _Trials(stretch, beside, max(filter(None, periods)))
     least = max(SURE, SURE_OF_EACH * len(part))
+    # Where objects go as they were found to, but seemed to be false alarms, all these are less
+    # likely beside few.
+    dearer = n_even * (-math.log(FEW) - (1.0 - FEW))
+    if n_even and trials.as_before() < -dearer - least:
+        return replace(beside, doubts={})
+    best = trials.best(distances)
     if trials.cost(best) > -least:
         return None
     if is_tracked and trials.cost(best) > trials.as_before() - least:
@@ -117,9 +123,10 @@ def widely_searched(
     return replace(trials.at(best), doubts={})
 
 
-def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
+def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> tuple[Estimates, int]:
     """Return estimates as if every report were a false alarm, and as many objects as reports."""
-    sensors, present = {}, 0.0
+    # With them comes how many reports are of looks that have equally many.
+    sensors, present, n_even = {}, 0.0, 0
     for name, each in estimates.sensors.items():
         own = reports.look[reports.sensor == reports.sensors.index(name)]
         density = own.size / max(np.unique(own).size, 1) / each.covered
@@ -127,13 +134,15 @@ def _of_false_alarms(estimates: Estimates, reports: ReportTable) -> Estimates:
         if is_filled_evenly(own):
             # As many at each look are objects', for false alarms come now and then.
             density *= FEW
+            n_even += own.size
         sensors[name] = replace(each, clutter_density=positive(density))
-    return replace(
+    found = replace(
         estimates,
         sensors=sensors,
         new_target_density=positive(0.01 * present),
         initial_target_density=positive(0.3 * present),
     )
+    return found, n_even
 
 
 def _part(reports: ReportTable) -> ReportTable | None:
@@ -149,16 +158,29 @@ def _part(reports: ReportTable) -> ReportTable | None:
     return reports.part(np.flatnonzero(inside))
 
 
+def _distances_to(one: FloatArray, other: FloatArray) -> FloatArray:
+    """Return how far points are from the nearest others and the next, ascending."""
+    near = min(1 + round(CROWDED), len(other))
+    return np.asarray(tree_of(other).query(one, k=near)[0]).reshape(len(one), -1)
+
+
 def _distances(reports: ReportTable, estimates: Estimates) -> FloatArray:
     """Return how far objects may go from look to look [m], ascending."""
+    # Where a sensor's own reports are crowded their neighbours tell: objects may go in a lane.
     nearest, crowded, number = [], math.inf, reports.look
     for name, each in estimates.sensors.items():
         own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
         moments, of = np.unique(number[own], return_inverse=True)
         looks = [reports.measurement[own[of == k], :2] for k in range(moments.size)]
-        nearest += [tree_of(b).query(a)[0] for a, b in itertools.pairwise(looks)]
+        pairs = [_distances_to(a, b) for a, b in itertools.pairwise(looks)]
+        nearest += [distance[:, 0] for distance in pairs]
         usual = max(own.size / max(moments.size, 1), 1.0)
         crowded = min(crowded, math.sqrt(CROWDED * each.covered / (math.pi * usual)))
+        beyond = np.concatenate(
+            [*(each[:, -1] for each in pairs if each.shape[1] > 1), np.empty(0)]
+        )
+        if beyond.size:
+            crowded = max(crowded, float(np.median(beyond)))
     every = np.concatenate([*nearest, np.empty(0)])
     every = every[every > 0.0]
     if not every.size:
