@@ -196,7 +196,8 @@ def line_up(time: FloatArray, position: FloatArray) -> bool:
     if len(parts) < LASTING or max(map(len, parts)) > MOST_AT_ONCE:
         return False
     first = max(0, (len(parts) - MOST_INSTANTS) // 2)
-    found, chance = [], []
+    found: list[FloatArray] = []
+    chance: list[FloatArray] = []
     for place in range(first + 1, min(first + MOST_INSTANTS, len(parts)) - 1):
         other = (place + 1 + len(parts) // 2) % len(parts)
         for off, after in ((found, parts[place + 1]), (chance, parts[other])):

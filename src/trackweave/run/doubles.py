@@ -146,10 +146,12 @@ class Doubles:
             identity, told = named.identity.copy(), self.copies[named.identity[self.copies] >= 0]
             identity[self.first[told]] = named.identity[told]
             named = replace(named, identity=identity)
-        for name in BESIDE:
-            values = getattr(named, name)
-            if values is not None:
-                named = replace(named, **{name: self._filled(values)})
+        filled: dict[str, Any] = {
+            name: self._filled(getattr(named, name))
+            for name in BESIDE
+            if getattr(named, name) is not None
+        }
+        named = replace(named, **filled)
         return named.part(np.flatnonzero(heard))
 
     def _filled(self, values: FloatArray) -> FloatArray:
