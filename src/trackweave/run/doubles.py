@@ -243,11 +243,11 @@ def _same_numbers(reports: ReportTable) -> IntArray:
         columns += [] if matrix is None else list(matrix.T)
     frame = pl.DataFrame({str(place): column for place, column in enumerate(columns)})
     where = frame.columns
-    for name in BESIDE:
-        values = getattr(reports, name)
+    for beside in BESIDE:
+        values = getattr(reports, beside)
         for place, column in enumerate([] if values is None else np.atleast_2d(values.T)):
             # What one copy does not tell is as the others have it, if these agree.
-            own = pl.Series(f"{name} {place}", column, nan_to_null=True)
+            own = pl.Series(f"{beside} {place}", column, nan_to_null=True)
             told = pl.col(own.name)
             is_one = told.drop_nulls().n_unique().over(where) <= 1
             frame = frame.with_columns(own).with_columns(
