@@ -196,3 +196,17 @@ def test_a_clock_that_is_told_is_no_height(reports) -> None:
     assert finding.n_filled == 0
     assert finding.found is not None
     assert finding.found.is_on_ground
+
+
+def test_a_radar_that_stands_far_off_tells_heights_all_the_same():
+    configuration = told(("north", "west"))
+    configuration["sensors"]["west"]["position"] = [2100.0, -2900.0]
+    bare = sky(seed=8, names=("north", "west"), n_aircraft=30).drop("height_m", "target")
+    keys = load_configuration(configuration)
+    finding, registration = registered(read_reports(bare), keys)
+    places = {
+        name: registration.configuration.sensor(name)["position"] for name in ("north", "west")
+    }
+    apart = np.subtract(places["north"], places["west"])
+    np.testing.assert_allclose(apart, [20e3, 70e3], atol=150.0)
+    assert finding.n_filled > 0.5 * len(bare)

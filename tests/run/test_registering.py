@@ -243,3 +243,23 @@ def test_a_shift_is_found_of_a_sensor_that_is_turned_a_little_too():
     own = found.as_record()["sensors"]["east"]["translation"]
     assert own["used"][0] == pytest.approx(250.0, abs=40.0)
     assert own["sigma"][0] < 10.0
+
+
+@pytest.mark.parametrize("names", [("north", "west"), tuple(RADARS)])
+def test_a_radar_that_stands_far_off_is_found_by_the_ways_of_objects(names):
+    # Thirty kilometres, where no track of it is near one of another's.
+    found = registered(sky(names=names), elsewhere("west", 25e3, -18e3, names))
+    at = used(found, "position")
+    true = {name: told()["sensors"][name]["position"] for name in names}
+    apart = {name: np.subtract(at[name], true[name]) for name in names}
+    np.testing.assert_allclose(apart["west"] - apart["north"], [0.0, 0.0], atol=30.0)
+    if len(names) == 2:
+        assert "which nothing tells apart" in found.notes()[0]
+
+
+def test_where_nobody_flies_alike_nothing_is_moved():
+    # Two radars of which each sees aircraft of its own.
+    one, other = sky(seed=5, names=("north",)), sky(seed=6, names=("west",))
+    reports = pl.concat([one.drop("report"), other.drop("report")]).sort("time")
+    found = registered(reports, told(("north", "west")))
+    assert found.found is None or not found.is_elsewhere

@@ -9,7 +9,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.sightings import CLOCK, N_BIASES, Sightings
 from trackweave.estimation.trees import all_within, tree_of
 
-__all__ = ["objects_of"]
+__all__ = ["Courses", "courses_of", "objects_of"]
 
 # Tracks are compared at times a slowest period apart, and at so many of them at least.
 FEWEST_TIMES = 3
@@ -23,7 +23,7 @@ WIDE = 4.0
 OTHER_VELOCITY = 0.01
 
 
-class _Courses(NamedTuple):
+class Courses(NamedTuple):
     """Tracks at common times, shape (tracks, times, …), NaN where a track is not there."""
 
     time: FloatArray
@@ -45,7 +45,7 @@ def objects_of(
     # their noise and the biases, whose covariance comes in the order of ``bias`` raveled. The
     # difference of their places, that of their velocities and that of their heights count.
     # ``fastest`` is the greatest speed [m/s].
-    courses = _courses(sightings, bias)
+    courses = courses_of(sightings, bias)
     n_tracks = courses.place.shape[0]
     pairs = [np.empty((0, 2), dtype=np.int64)]
     for first, second in combinations(range(sightings.n_sensors), 2):
@@ -59,7 +59,8 @@ def objects_of(
     return np.asarray(connected_components(links, directed=False)[1], dtype=np.int64)
 
 
-def _courses(sightings: Sightings, bias: FloatArray) -> _Courses:
+def courses_of(sightings: Sightings, bias: FloatArray) -> Courses:
+    """Return the tracks at common times, without biases, shape (sensors, 6)."""
     time, place = sightings.corrected(bias)
     slopes = sightings.slopes(bias)
     step = float(sightings.period.max())
@@ -88,10 +89,10 @@ def _courses(sightings: Sightings, bias: FloatArray) -> _Courses:
         height[number, there] = sightings.height[near]
         slope[number, there, :, :CLOCK] = slopes[near]
         slope[number, there, :, CLOCK] = -(other - one) / gap[:, None]
-    return _Courses(grid, at, height, slope, spread)
+    return Courses(grid, at, height, slope, spread)
 
 
-def _candidates(courses: _Courses, sides: list[IntArray], unknown: FloatArray) -> IntArray:
+def _candidates(courses: Courses, sides: list[IntArray], unknown: FloatArray) -> IntArray:
     """Return pairs of tracks that come near each other often enough, shape (pairs, 2)."""
     none = np.empty((0, 2), dtype=np.int64)
     if not all(side.size for side in sides):
@@ -114,7 +115,7 @@ def _candidates(courses: _Courses, sides: list[IntArray], unknown: FloatArray) -
 
 
 def _costs(
-    courses: _Courses, pairs: IntArray, unknown: FloatArray, other_velocity: float
+    courses: Courses, pairs: IntArray, unknown: FloatArray, other_velocity: float
 ) -> FloatArray:
     """Return minus twice the logarithm of how well tracks of pairs agree; infinite beyond."""
     if not len(pairs):

@@ -16,6 +16,7 @@ from trackweave.estimation.bias_equations import (
     weights_of,
 )
 from trackweave.estimation.common_objects import objects_of
+from trackweave.estimation.displaced import displaced
 from trackweave.estimation.sightings import (
     CLOCK,
     EAST,
@@ -98,9 +99,12 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
     moved &= may
     agreed = _agreed(sightings, may & ~moved, fastest)
     if moved.any() and _is_in_doubt(agreed, sightings, moved):
-        elsewhere = _agreed(sightings, may, fastest)
-        if not isinstance(elsewhere, str) and _stands_elsewhere(elsewhere, moved):
-            agreed = elsewhere
+        # Near by it is found as other biases are, far off by the ways of objects.
+        for start in (np.zeros(may.shape), displaced(sightings, moved)):
+            elsewhere = _agreed(sightings, may, fastest, start)
+            if not isinstance(elsewhere, str) and _stands_elsewhere(elsewhere, moved):
+                agreed = elsewhere
+                break
     if isinstance(agreed, str):
         return _nothing(may, agreed)
     noise = np.repeat(_noise(sightings, agreed.pieces), N_BIASES)
@@ -140,12 +144,22 @@ def _stands_elsewhere(agreed: _Agreed, moved: NDArray[np.bool_]) -> bool:
     return bool(found.is_free[moved.ravel()].any())
 
 
-def _agreed(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> _Agreed | str:
+def _agreed(
+    sightings: Sightings,
+    may: NDArray[np.bool_],
+    fastest: float,
+    start: FloatArray | None = None,
+) -> _Agreed | str:
     """Return objects and biases that agree, or why none do."""
-    # Association and biases by turns: at first as uncertain as beforehand, then as known.
-    prior = _prior(sightings, fastest)
-    precision = np.where(may, 1.0 / prior**2, PINNED / prior**2).ravel()
-    bias, covariance = np.zeros(may.shape), np.diag(1.0 / precision)
+    # Association and biases by turns: at first as uncertain as beforehand, about a ``start``,
+    # then as known.
+    usual = _prior(sightings, fastest)
+    bias = np.zeros(may.shape) if start is None else start
+    prior = np.maximum(usual, np.abs(bias))
+    precision, covariance = (
+        np.where(may, 1.0 / each**2, PINNED / each**2).ravel() for each in (prior, usual)
+    )
+    covariance = np.diag(1.0 / covariance)
     objects, longer = None, 1.0
     for _ in range(MOST_ROUNDS):
         again = objects_of(sightings, bias, covariance, fastest)
@@ -163,7 +177,7 @@ def _agreed(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> _Ag
         objects, longer = again, 2.0 * longer if noisy else longer
     untold = feigned > FEIGNED
     if np.any(untold & may[:, CLOCK]):
-        return _agreed(sightings, may & ~_clocks(may, untold), fastest)
+        return _agreed(sightings, may & ~_clocks(may, untold), fastest, start)
     moved = np.abs(bias - before).ravel() / np.sqrt(np.diagonal(covariance))
     if scale > WORST_SCALE or inflation > WORST_INFLATION or moved.max() > 1.0:
         return "no biases make what the sensors see agree"

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from trackweave.config import Configuration
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.displaced import displaced
 from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
 from trackweave.estimation.sightings import N_BIASES, Sightings
@@ -16,7 +17,12 @@ from trackweave.run.beams import with_beam_places, with_beam_times
 from trackweave.run.biases import told_biases
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
-from trackweave.run.registering import Registration, registration_of, unfit
+from trackweave.run.registering import (
+    Registration,
+    may_stand_elsewhere,
+    registration_of,
+    unfit,
+)
 from trackweave.run.sighting import tracks_of
 from trackweave.run.sweeping import with_sweeps
 from trackweave.run.told_places import with_facts
@@ -39,6 +45,7 @@ class HeightFinding:
     found: Heights | None = None  # None where nothing was looked for
     n_filled: int = 0  # Reports that had none
     n_zero: int = 0  # Of these told to be at 0 m, as some radars write that do not know
+    is_elsewhere: bool = False  # Whether some sensor was taken to stand elsewhere than told
 
     def notes(self) -> list[str]:
         """Return a sentence where heights were found."""
@@ -67,9 +74,14 @@ class HeightFinding:
 
 
 def found_heights(
-    reports: ReportTable, configuration: Configuration, *, looks: bool = True
+    reports: ReportTable,
+    configuration: Configuration,
+    *,
+    looks: bool = True,
+    elsewhere: bool = False,
 ) -> HeightFinding:
     """Return reports with heights where ranges of several sensors tell them."""
+    # With ``elsewhere`` sensors may stand far from where they are told to.
     # Only with ``looks`` are any looked for: where a sensor tells slant ranges without heights of
     # what is faster than on the ground, and another sees the same.
     nothing, told = HeightFinding(reports), reports.height
@@ -93,6 +105,11 @@ def found_heights(
     level = platforms_of(reports, positions_in(reports, configuration))[:, 2]
     # What is told to be wrong with a sensor is no height.
     sightings = seen.part(seen.track >= 0).without(told_biases(reports, configuration.sensor))
+    bias = np.zeros((sightings.n_sensors, N_BIASES))
+    if elsewhere:
+        bias = displaced(sightings, may_stand_elsewhere(reports, configuration, refused))
+        sightings = sightings.without(bias)
+    nothing = replace(nothing, is_elsewhere=bool(bias.any()))
     is_slant = needy[reports.sensor] & np.isnan(seen.height)
     is_slant[rows] &= _is_fast(sightings)
     if not is_slant[rows].any():
@@ -111,7 +128,13 @@ def found_heights(
     # Nothing is higher above a sensor than it is far off.
     highest = level[filled] + STEEPEST * seen.slant[filled]
     height[filled] = np.minimum(found.height[np.searchsorted(rows, filled)], highest)
-    return HeightFinding(replace(reports, height=height), found, int(filled.size), n_zero)
+    return replace(
+        nothing,
+        reports=replace(reports, height=height),
+        found=found,
+        n_filled=int(filled.size),
+        n_zero=n_zero,
+    )
 
 
 def registered(
@@ -122,13 +145,21 @@ def registered(
     told = with_facts(configuration, reports)
     reports, told, placed = with_beam_places(reports, told)
     reports = with_beam_times(reports, told)
-    heights = found_heights(reports, told, looks=looks)
-    flat = heights.found is not None and heights.found.is_on_ground
-    # A height that is found takes up a part of what a wrong place does.
-    found = registration_of(
-        heights.reports, told, looks=looks, flat=flat, elsewhere=not heights.n_filled
-    )
+    heights, found = _registered(reports, told, looks=looks, elsewhere=True)
+    if heights.is_elsewhere and not found.is_elsewhere:
+        heights, found = _registered(reports, told, looks=looks, elsewhere=False)
     return heights, replace(found, placed=placed)
+
+
+def _registered(
+    reports: ReportTable, told: Configuration, *, looks: bool, elsewhere: bool
+) -> tuple[HeightFinding, Registration]:
+    """Return what was found of heights and then of biases."""
+    heights = found_heights(reports, told, looks=looks, elsewhere=elsewhere)
+    flat = heights.found is not None and heights.found.is_on_ground
+    # A height that is found takes up a part of what a wrong place near by does.
+    may = not heights.n_filled or heights.is_elsewhere
+    return heights, registration_of(heights.reports, told, looks=looks, flat=flat, elsewhere=may)
 
 
 def _is_fast(sightings: Sightings) -> NDArray[np.bool_]:

@@ -20,11 +20,11 @@ from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbia
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.sighting import NO_HEIGHT, sightings_of
 
-__all__ = ["Registration", "registration_of", "unfit"]
+__all__ = ["Registration", "may_stand_elsewhere", "registration_of", "unfit"]
 
 DIGITS = 6
 # Where a sensor stands is no bias of its reports: it moves all of them by these numbers.
-POSITION, OF_POSITION = "position", (EAST, NORTH)
+POSITION, OF_POSITION, PLACED = "position", (EAST, NORTH), "it stands"
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +58,13 @@ class Registration:
             words.setdefault(name, []).append(self._words(index, key))
         right = [n for n in self.reports.sensors if n not in words and n not in self.refused]
         beside = f" beside {', '.join(right)}" if right else ""
+        if len(right) == 1 and len(words) == 1:
+            # Clocks and places are told beside each other alone, and those of two are a choice.
+            ((_, said),) = words.items()
+            if all(each.startswith(("clock_offset", PLACED)) for each in said):
+                beside += f", or {right[0]} as much the other way, which nothing tells apart"
         return [
-            f"sensor {name}: {', '.join(said)}{beside}, by {self.found.n_objects} objects that "
+            f"sensor {name}: {', '.join(said)}{beside}; by {self.found.n_objects} objects that "
             "several sensors see; taken out of its reports before they are tracked, so that "
             "times, ranges and directions count without it; mend the sensor, or give the keys "
             f"and trust in [sensors.{name}] to keep what is told"
@@ -71,6 +76,11 @@ class Registration:
         doubt = self.doubt if self.found is None else self.found.doubt
         doubtful = dict.fromkeys(self.reports.sensors, doubt) if doubt else {}
         return {**doubtful, **self.refused}
+
+    @property
+    def is_elsewhere(self) -> bool:
+        """Whether some sensor stands elsewhere than told."""
+        return any(key == POSITION for *_, key in self.found_out())
 
     def as_record(self) -> dict[str, Any] | None:
         """Return what was looked for and found of biases; None where nothing was."""
@@ -129,7 +139,7 @@ class Registration:
             moved += [f"{abs(north):.4g} m {'south' if north > 0 else 'north'}"] if north else []
             at = ", ".join(f"{each:.6g}" for each in numbers)
             by = ", ".join(f"{each:.2g}" for each in sure[[east != 0.0, north != 0.0]])
-            return f"it stands {' and '.join(moved)} of its position, at [{at}] (± {by} m)"
+            return f"{PLACED} {' and '.join(moved)} of its position, at [{at}] (± {by} m)"
         said = ", ".join(f"{a:.4g} ± {b:.2g}" for a, b in zip(numbers, sure, strict=True))
         return f"{key} {said}"
 
@@ -177,18 +187,12 @@ def registration_of(
     refused = unfit(reports, configuration, observed)
     known = replace(known, refused=refused)
     if len(reports.sensors) - len(refused) < 2:
-        return replace(known, doubt="no two sensors can be compared")
+        return replace(known, doubt="fewer than two sensors scan and tell places")
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
     seen = sightings_of(reports, configuration, observed, chosen, flat=flat)
     if isinstance(seen, str):
         return replace(known, doubt=seen)
-    places = {
-        name: place
-        for name, place in positions_in(reports, configuration).items()
-        if elsewhere
-        and name not in refused
-        and reports.kind_of(reports.sensors.index(name)).has_range
-    }
+    places = _places(reports, configuration, refused) if elsewhere else {}
     may = _may_be(reports, configuration, refused, places)
     found = registered(seen[0], may, seen[1])
     known = replace(known, found=found, places=places)
@@ -221,6 +225,30 @@ def unfit(
         elif seen.rotation is None and seen.scan_period is None:
             refused[name] = "it has no scans"
     return refused
+
+
+def _places(
+    reports: ReportTable, configuration: Configuration, refused: Container[str]
+) -> dict[str, tuple[float, ...]]:
+    """Return where sensors that measure ranges are told to stand, by name."""
+    return {
+        name: place
+        for name, place in positions_in(reports, configuration).items()
+        if name not in refused and reports.kind_of(reports.sensors.index(name)).has_range
+    }
+
+
+def may_stand_elsewhere(
+    reports: ReportTable, configuration: Configuration, refused: Container[str]
+) -> NDArray[np.bool_]:
+    """Tell by which biases sensors may stand elsewhere than told, shape (sensors, 6)."""
+    # Those that are ``refused`` are not looked at.
+    may = np.zeros((len(reports.sensors), N_BIASES), dtype=np.bool_)
+    every = _may_be(reports, configuration, refused, _places(reports, configuration, refused))
+    for index in range(may.shape[0]):
+        if reports.kind_of(index).has_range:
+            may[index, list(OF_POSITION)] = every[index, list(OF_POSITION)]
+    return may
 
 
 def _may_be(

@@ -204,6 +204,7 @@ WEIGHT = 100.0
 # Units that are taken for metres [m] and for seconds [s].
 LENGTHS = {"kilometres": 1e3, "nautical miles": 1852.0, "feet": 0.3048, "millimetres": 1e-3}
 TIMES = {"milliseconds": 1e-3, "minutes": 60.0}
+OTHERWISE = {"millimetres": "in kilometres"} | dict.fromkeys(("offset", "clock"), "the other way")
 EXPECTED = "degrees clockwise from north"
 
 
@@ -272,9 +273,10 @@ def disagreeing_sensors(case: Case) -> Iterator[Finding]:
         if len(telling) == 2:
             other = next(i for i in telling if i != samples[k].index)
             others = f"sensor {case.reports.sensors[other]}'s"
-            if found.word == "millimetres":
-                # Of two that differ a thousandfold either may be the one that is wrong.
-                found = replace(found, what=f"{found.what}, or {others} in kilometres")
+            if found.word in OTHERWISE:
+                # Of two that differ either may be the one that is wrong.
+                either = f"{found.what}, or {others} {OTHERWISE[found.word]}"
+                found = replace(found, what=either)
         yield Finding(
             found.word,
             name,

@@ -69,13 +69,15 @@ def _finding(case: Case, index: int) -> Finding | None:
     if ratio[part] < CLEAR:
         return None
     sigma = _sigma(case, index)
+    either = "which of them is right nothing tells; " if part <= CLOCK else ""
     seen, error = middle * sigma, 1.25 / math.sqrt(off.shape[0]) * spread * sigma
+    words = _words(case, index, part, (seen, error))
     return Finding(
         "bias",
         name,
-        f"sensor {name}: {_words(case, index, part, (seen, error))} than where other sensors see "
-        f"the same objects, by {off.shape[0]} tracks; biases were not looked for ({why}): mend "
-        f"the sensor, or give what is wrong in [sensors.{name}]",
+        f"sensor {name}: {words} than where other sensors see the same objects, by "
+        f"{off.shape[0]} tracks; {either}nothing is taken out, as {why}: mend the sensor, or give "
+        f"what is wrong in [sensors.{name}]",
         weight=WEIGHT + min(float(ratio[part]), MOST_WEIGHT),
         told=0.0,
         seen=float(seen[part]),
