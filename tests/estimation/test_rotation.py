@@ -152,3 +152,27 @@ def test_a_crowd_in_one_direction_is_no_turn() -> None:
     crowd = rng.random(3000) < 0.8
     azimuth = np.where(crowd, rng.normal(1, 0.15, 3000), rng.uniform(0, 6, 3000))
     assert loose_rotation_of(time, azimuth) is None
+
+
+@pytest.mark.parametrize("periods", [(2.5, 5.0, 2.5), (5.0, 2.5), (2.5, 2.65)])
+def test_a_beam_whose_speed_is_changed_is_followed_in_parts(periods: tuple[float, ...]) -> None:
+    parts, begun = [], 0.0
+    for period in periods:
+        time, azimuth = plots(Rotation(period), n_turns=40, n_objects=6)
+        parts.append((time + begun, azimuth))
+        begun += 40 * period
+    time, azimuth = (np.concatenate(each) for each in zip(*parts, strict=True))
+    found = rotation_of(time, azimuth)
+    assert isinstance(found, FollowedRotation)
+    beam = found.phase + 2.0 * np.pi * found.turned(time)
+    assert np.mean(np.abs(np.angle(np.exp(1j * (azimuth - beam)))) < 0.1) > 0.97
+    lengths = np.diff(found.when(np.arange(1.0, found.turned(time[-1]))))
+    for period in periods:
+        assert np.min(np.abs(lengths - period)) < 0.01 * period
+
+
+def test_reports_that_come_as_they_like_are_no_beam_in_parts() -> None:
+    rng = np.random.default_rng(5)
+    for _ in range(5):
+        time, azimuth = np.sort(rng.uniform(0, 600, 900)), rng.uniform(0, 2 * np.pi, 900)
+        assert rotation_of(time, azimuth) is None

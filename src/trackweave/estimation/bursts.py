@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
-from trackweave.estimation.rotation import settled_rate
+from trackweave.estimation.steady_turn import settled_rate
 from trackweave.estimation.trees import tree_of
 
 __all__ = ["bursts_of", "slices_of"]

@@ -159,7 +159,9 @@ def _notes_on_turns(
                 f"{_to_keep('rotation', name)}"
             )
         shown = f"{turn.period:.5g} s"
-        varying = f", varying by {100 * turn.wander:.1g} %" if turn.wander > 0 else ""
+        varying = (
+            f", varying by {float(f'{100 * turn.wander:.1g}'):g} %" if turn.wander > 0 else ""
+        )
         if told is not None and not is_period(told, turn):
             notes.append(
                 f"sensor {name}: scan_period told {told:g} s, its reports show {shown}{varying}; "
