@@ -158,3 +158,29 @@ def test_seconds_of_the_day_go_on_after_midnight():
 def test_other_times_are_sorted_and_nothing_more(time):
     reports = tw.read_reports(pl.DataFrame({"time": time, "x": range(6), "y": [0] * 6}))
     assert reports.time.tolist() == sorted(time)
+
+
+def _falling(fall: float, *, times: int = 1) -> list[str]:
+    """Return what is said of times that fall back so far, so often."""
+    time, now = [], 0.0
+    for row in range(60):
+        now += 4.0
+        if row % (60 // (times + 1)) == 0 and 0 < row < 60 - times:
+            now -= fall
+        time.append(now)
+    table = pl.DataFrame({"time": time, "x": np.arange(60.0), "y": np.arange(60.0)})
+    return [note for note in tw.read_reports(table).notes if "before the row above" in note]
+
+
+@pytest.mark.parametrize(("fall", "times", "count"), [(3600.0, 1, 1), (8.0, 1, 0), (900.0, 9, 0)])
+def test_a_clock_that_is_set_back_is_told_and_rows_in_no_order_are_not(fall, times, count):
+    notes = _falling(fall, times=times)
+    assert len(notes) == count
+    assert all("row 31 is 3596 s before" in note for note in notes)
+
+
+def test_a_file_of_tracks_is_asked_about():
+    table = {"time": [0.0, 1.0], "x": [1.0, 2.0], "y": [1.0, 2.0], "track": [1, 1]}
+    asked = tw.read_reports(pl.DataFrame({**table, "status": ["confirmed"] * 2})).notes
+    assert any("looks like a file of tracks" in note for note in asked)
+    assert not tw.read_reports(pl.DataFrame(table)).notes

@@ -126,3 +126,33 @@ def test_refuses_tracks_of_another_time(result: Any) -> None:
     later = pl.DataFrame({**TRUTH, "time": TIME + 1e6})
     with pytest.raises(InvalidInputError, match="expected tracks and truth of the same time"):
         result.evaluate(later)
+
+
+def ways(**changed: Any) -> tuple[pl.DataFrame, pl.DataFrame]:
+    """Return a truth that means something else than it says, and tracks that are right."""
+    time = np.repeat(np.arange(0.0, 300.0, 4.0), 3)
+    start = np.tile([[0.0, 900.0], [2000.0, -400.0], [-1500.0, 2500.0]], (75, 1))
+    step = np.tile([[12.0, 3.0], [-8.0, 10.0], [5.0, -14.0]], (75, 1))
+    place = start + step * time[:, None]
+    table = pl.DataFrame(
+        {"time": time, "target": ["a", "b", "c"] * 75, "x": place[:, 0], "y": place[:, 1]}
+    )
+    tracks = table.rename({"target": "track"}).with_columns(
+        track=pl.col("track").replace_strict({"a": 1, "b": 2, "c": 3}), status=pl.lit("confirmed")
+    )
+    return table.with_columns(**changed), tracks
+
+
+@pytest.mark.parametrize(
+    ("changed", "words"),
+    [
+        ({"x": pl.col("x") / 1e3, "y": pl.col("y") / 1e3}, "it is in kilometres"),
+        ({"x": pl.col("y"), "y": pl.col("x")}, "its x and y are exchanged"),
+        ({"time": pl.col("time") + 60.0}, "its clock is some 60 s ahead"),
+        ({"x": pl.col("x") + 400.0}, "a larger cutoff judges them"),
+    ],
+)
+def test_a_truth_that_means_something_else_is_told(changed: dict, words: str) -> None:
+    truth, tracks = ways(**changed)
+    with pytest.warns(UserWarning, match=words):
+        tw.evaluate(truth, tracks)

@@ -29,6 +29,7 @@ from trackweave.io.measured import Measured, read_all_measured
 from trackweave.io.polar import read_platforms
 from trackweave.io.positions import choose_frame, frame_about, require_origin
 from trackweave.io.tables import OnBadRow, RawTable, with_our_names
+from trackweave.io.time_axes import note_on_falls
 from trackweave.summaries import counted
 
 __all__ = ["ONLY_SENSOR", "reports_in", "with_heeded_scans"]
@@ -93,6 +94,7 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
 
     usable, aside = np.flatnonzero(checks.good), np.flatnonzero(checks.aside)
     moment, moved = with_common_times(time[usable])
+    falls = note_on_falls(time[usable], table.row[usable], sensor_names.gather(usable))
     unavailable = None
     if aside.size:
         unavailable = _reports_of(checks, table, read, (aside, time[aside]))
@@ -109,6 +111,7 @@ def reports_in(  # noqa: PLR0913 each says another thing of the same table
             *measured.notes,
             *_note_on_two_places(checks, measured),
             *moved,
+            *falls,
             *_note_on_unavailable(checks),
             *_note_on_levels(checks),
             *questions(checks),
@@ -205,7 +208,11 @@ def _reports_of(
 def _notes_on_meant(names: Collection[str]) -> list[str]:
     """Return a sentence for each column that seems to tell what no column of ours does."""
     named = {name.lower(): name for name in names}
-    return [
+    tracks = (
+        "columns track and status: this looks like a file of tracks, whose rows are taken for "
+        "reports; expected what sensors reported"
+    )
+    return [tracks] * ({"track", "status"} <= set(names)) + [
         f"column {named[other]}: carried along and not read; if it tells {what}, call it {ours}"
         for ours, (others, what) in MEANT.items()
         for other in others

@@ -2,6 +2,7 @@
 
 import os
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -33,6 +34,9 @@ SHARED = 0.5
 # An IDF1 below this, and tracks so many cutoffs away at most, ask whether the cutoff is too small;
 # at so many moments that is looked at.
 RARELY, FARTHEST, MOMENTS = 0.3, 300.0, 50
+# Another unit, other axes or a clock that is so many of the tracks' steps off explain it if
+# targets are so many times nearer to tracks then.
+CLEARLY, MOST_STEPS_LATER = 0.2, 40
 
 
 def evaluate(  # noqa: PLR0913 the one function that users call with everything
@@ -237,9 +241,52 @@ def doubts_on_cutoff(
     found: Evaluation, true: TruthTable, claimed: TrackTable | TruthTable
 ) -> list[str]:
     """Return a sentence where most targets' nearest track is beyond the cutoff all the time."""
+    # It tells the unit, the axes or the clock of the truth where these explain that.
     cutoff = found.cutoff
     if cutoff is None or found.idf1 is None or found.idf1 >= RARELY or not len(claimed):
         return []
+    usual = _usually_apart(true, claimed)
+    if not cutoff < usual < np.inf:
+        return []
+    for words, apart in _otherwise(true, claimed):
+        if apart < min(cutoff, CLEARLY * usual):
+            return [
+                f"truth: half of the targets have no track nearer than {usual:.3g} m at a time, "
+                f"but {apart:.3g} m if {words}; expected metres, x east, y north and the tracks' "
+                "clock"
+            ]
+    if usual >= FARTHEST * cutoff:
+        return []
+    return [
+        f"cutoff {cutoff:g} m: half of the targets have no track nearer than {usual:.3g} m at a "
+        "time; if reports are no more exact than that, a larger cutoff judges them"
+    ]
+
+
+def _otherwise(true: TruthTable, claimed: TrackTable | TruthTable) -> Iterator[tuple[str, float]]:
+    """Yield what a truth's numbers may mean, and how far apart targets and tracks are then."""
+    for unit, metres in (("kilometres", 1e3), ("millimetres", 1e-3), ("nautical miles", 1852.0)):
+        changed = replace(true, position=metres * true.position)
+        yield f"it is in {unit}", _usually_apart(changed, claimed)
+    order = [1, 0, *range(2, true.dim)]
+    swapped = replace(true, position=true.position[:, order])
+    yield "its x and y are exchanged", _usually_apart(swapped, claimed)
+    times = np.unique(claimed.time)
+    step = float(np.median(np.diff(times))) if times.size > 1 else 0.0
+    later = step * np.arange(1, MOST_STEPS_LATER + 1)
+    apart = {
+        sign * each: _usually_apart(replace(true, time=true.time - sign * each), claimed)
+        for each in later.tolist()
+        for sign in (1.0, -1.0)
+    }
+    if apart:
+        best = min(apart, key=lambda each: apart[each])
+        way = "ahead" if best > 0 else "behind"
+        yield f"its clock is some {abs(best):.3g} s {way}", apart[best]
+
+
+def _usually_apart(true: TruthTable, claimed: TrackTable | TruthTable) -> float:
+    """Return how far the nearest track is usually from a target [m]; infinite for none."""
     place = claimed.position if isinstance(claimed, TruthTable) else claimed.mean
     nearest, moments = list[float](), np.unique(true.time)
     some = moments[np.unique(np.linspace(0, moments.size - 1, MOMENTS).astype(np.int64))]
@@ -252,13 +299,7 @@ def doubts_on_cutoff(
         if float(apart.min()) <= step:
             offset = there[:, None] - place[rows, : true.dim][None]
             nearest += np.linalg.norm(offset, axis=2).min(axis=1).tolist()
-    usual = float(np.median(nearest)) if nearest else 0.0
-    if not cutoff < usual < FARTHEST * cutoff:
-        return []
-    return [
-        f"cutoff {cutoff:g} m: half of the targets have no track nearer than {usual:.3g} m at a "
-        "time; if reports are no more exact than that, a larger cutoff judges them"
-    ]
+    return float(np.median(nearest)) if nearest else np.inf
 
 
 def _require_common_time(

@@ -3,9 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import polars as pl
 import pytest
 
 from run.diagnostics.scenes import case_of, positions
+from trackweave import track
 from trackweave.run.diagnostics.share import few_assigned
 
 
@@ -31,3 +33,23 @@ def test_false_alarms_explain_it_only_where_they_are_told() -> None:
     sources = {**case.settings.sources, "sensors.lidar.clutter_density": "estimated"}
     case = replace(case, settings=replace(case.settings, sources=sources))
     assert len(list(few_assigned(case))) == 1
+
+
+@pytest.mark.parametrize(("told", "is_said"), [(0.001, True), (225.0, True), (15.0, False)])
+def test_a_noise_of_rows_that_is_far_off_is_told(told: float, is_said: bool) -> None:
+    rng, rows = np.random.default_rng(1), []
+    start, step = rng.uniform(-2e3, 2e3, (5, 2)), rng.uniform(-12, 12, (5, 2))
+    for time in np.arange(0.0, 160.0, 4.0):
+        rows += [(time, *at) for at in start + step * time + rng.normal(0, 15.0, (5, 2))]
+    table = pl.DataFrame(rows, ["time", "x", "y"], orient="row")
+    found = track(table.with_columns(sigma_x=pl.lit(told), sigma_y=pl.lit(told))).run
+    said = [each for each in found["notes"] if "correct the columns" in each]
+    assert bool(said) == is_said
+
+
+def test_tracks_of_one_report_are_told_with_what_was_told_of_beginnings() -> None:
+    rng = np.random.default_rng(2)
+    rows = [(float(t), *rng.uniform(0, 100, 2)) for t in range(60) for _ in range(3)]
+    table = pl.DataFrame(rows, ["time", "x", "y"], orient="row")
+    notes = track(table, {"lifecycle": {"new_target_density": 1e6}}).run["notes"]
+    assert any("hold one report each; correct new_target_density = 1e+06" in n for n in notes)

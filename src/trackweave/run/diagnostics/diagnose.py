@@ -17,7 +17,13 @@ from trackweave.run.diagnostics.scans import (
     sparse_scans,
     unseen_turns,
 )
-from trackweave.run.diagnostics.share import few_assigned, lies_together, what_reports_tell
+from trackweave.run.diagnostics.share import (
+    few_assigned,
+    lies_together,
+    noise_of_rows,
+    single_reports,
+    what_reports_tell,
+)
 from trackweave.run.diagnostics.told import (
     clutter,
     detection,
@@ -50,6 +56,8 @@ CHECKS: tuple[Check, ...] = (
     detection,
     clutter,
     tracks_at_rest,
+    noise_of_rows,
+    single_reports,
     few_assigned,
 )
 # What weighs so much explains what tracks show beside it.

@@ -10,7 +10,13 @@ from trackweave.run.diagnostics.case import Case, Finding
 from trackweave.run.diagnostics.told import expected_false, scans_of
 from trackweave.run.observing import settle
 
-__all__ = ["few_assigned", "lies_together", "what_reports_tell"]
+__all__ = [
+    "few_assigned",
+    "lies_together",
+    "noise_of_rows",
+    "single_reports",
+    "what_reports_tell",
+]
 
 FEW, SOME, FEWEST = 0.5, 0.4, 30
 # Where false alarms are told, so many of the other reports are enough.
@@ -23,6 +29,9 @@ OF_SENSOR = {"sigma": "m", "clutter_density": "", "scan_period": "s"}
 OF_MOTION = {"max_speed": "m/s", "process_noise": "m²/s³"}
 OF_BEGINNINGS = ("new_target_density", "initial_target_density")
 WEIGHT, LOUD = 70.0, 65.0
+# A noise that reports tell themselves is so many times off; keys that begin and end tracks.
+OFF_ROWS, FEWEST_SINGLE = 10.0, 10
+OF_LIVES = (*OF_BEGINNINGS, "survival", "delete_after_misses")
 
 
 def few_assigned(case: Case) -> Iterator[Finding]:
@@ -68,6 +77,52 @@ def _where_to_look(case: Case) -> str:
         f"look first at {told}sigma, max_speed, clutter and detection_probability, then at "
         "scan_period and field_of_view, and at the sensors' positions, times and units"
     )
+
+
+def noise_of_rows(case: Case) -> Iterator[Finding]:
+    """Yield sensors whose reports tell a noise of their own that is far from what they show."""
+    for index in case.examined:
+        sensor, rows = case.sensors[index], case.rows[index]
+        own = case.reports.sigma[rows]
+        key = f"sensors.{sensor.name}.sigma"
+        is_learned = case.settings.sources.get(key) == "estimated"
+        if not sensor.measurement.is_position or not is_learned or rows.size < FEWEST:
+            continue
+        if np.isnan(own).any():
+            continue
+        told, seen = float(np.median(own.max(axis=1))), case.plane_sigma(index)
+        ratio = max(told / seen, seen / told)
+        if ratio >= OFF_ROWS:
+            yield Finding(
+                "sigma",
+                sensor.name,
+                f"sensor {sensor.name}: its reports tell a noise of {told:.3g} m each (sigma_x, "
+                f"sigma_y), but by themselves speak of {seen:.3g} m: {ratio:.3g} times "
+                f"{'less' if told > seen else 'more'}; correct the columns, which are standard "
+                "deviations in metres, or leave them out",
+                weight=WEIGHT + float(np.log(ratio)),
+                told=told,
+                seen=seen,
+            )
+
+
+def single_reports(case: Case) -> Iterator[Finding]:
+    """Yield that most tracks hold one report, where beginnings or ends are told."""
+    count = np.unique(case.track[case.track >= 0], return_counts=True)[1]
+    told = [each for each in OF_LIVES if case.is_told(f"lifecycle.{each}")]
+    n_single = int(np.count_nonzero(count == 1))
+    if told and n_single >= max(FEWEST_SINGLE, FEW * count.size):
+        values = case.settings.values["lifecycle"]
+        said = ", ".join(f"{each} = {values[each]:g}" for each in told)
+        yield Finding(
+            "single reports",
+            None,
+            f"{n_single} of {count.size} tracks hold one report each; correct {said} in "
+            "[lifecycle], or leave it out",
+            weight=WEIGHT,
+            told=float(count.size),
+            seen=float(n_single),
+        )
 
 
 def what_reports_tell(case: Case) -> Iterator[Finding]:
