@@ -18,6 +18,8 @@ MOVED = 4.0
 # So many pairs differ by the same way, within so many deviations, and so many times as many as
 # differ by any other.
 FEWEST, WITHIN, TIMES = 6, 4.0, 2.0
+MOST_TRACKS = 300
+"""So many of the longest tracks of either side are compared."""
 
 
 def displaced(sightings: Sightings, may: NDArray[np.bool_]) -> FloatArray:
@@ -42,8 +44,14 @@ def _displacement(
     courses: Courses, track_sensor: IntArray, sensor: int, reach: float
 ) -> FloatArray | None:
     """Return the way by which most pairs of tracks differ that move alike, None for none."""
-    own = np.flatnonzero(track_sensor == sensor)
-    others = np.flatnonzero(track_sensor != sensor)
+    lasting = np.isfinite(courses.place[:, :, 0]).sum(axis=1)
+    own, others = (
+        rows[np.argsort(-lasting[rows], kind="stable")[:MOST_TRACKS]]
+        for rows in (
+            np.flatnonzero(track_sensor == sensor),
+            np.flatnonzero(track_sensor != sensor),
+        )
+    )
     apart = [_apart(courses, first, others) for first in own.tolist()]
     every = np.concatenate([*apart, np.empty((0, 2))])
     if len(every) < FEWEST:
