@@ -4,8 +4,10 @@ import numpy as np
 import polars as pl
 
 import trackweave as tw
+from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
 from trackweave.models.local_noise import local_noise
+from trackweave.run.tracking import settings_for
 
 STEP, FRAMES = 0.2, 600
 
@@ -32,8 +34,11 @@ def lot(growth: float, across: float = 0.002, *, bad: int = 0) -> pl.DataFrame:
     return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
 
 
-def told(reports: pl.DataFrame) -> dict[str, object]:
-    return dict(tw.track(reports).run["configuration"]["sensors"]["default"])
+def told(reports: pl.DataFrame, **sensor: float) -> dict[str, object]:
+    """Return what is used of the sensor, as far as it is told by keys and estimated."""
+    configuration = load_configuration({"sensors": {"default": sensor}} if sensor else {})
+    settings = settings_for(tw.read_reports(reports.drop("target")), configuration)
+    return dict(settings.values["sensors"]["default"])
 
 
 def test_noise_that_grows_with_distance_is_told_by_place() -> None:
@@ -50,8 +55,7 @@ def test_noise_that_is_alike_everywhere_or_of_some_objects_is_not() -> None:
 
 
 def test_a_sigma_that_is_told_holds_everywhere() -> None:
-    result = tw.track(lot(0.0004), {"sensors": {"default": {"sigma": 1.0}}})
-    assert result.run["configuration"]["sensors"]["default"]["sigma_at"] == []
+    assert told(lot(0.0004), sigma=1.0)["sigma_at"] == []
 
 
 def test_a_run_with_what_was_told_by_place_is_the_same() -> None:

@@ -127,6 +127,10 @@ def test_noise_that_is_told_far_off_is_not_used(times):
         "used": {"bearing_deg": used},
     }
     assert any("sigma is told as" in note and "is used" in note for note in result.run["notes"])
-    trusted = {name: {**each, "trust": ["sigma"]} for name, each in told["sensors"].items()}
-    kept = tw.track(reports, {"sensors": trusted}).run["configuration"]["sensors"]["s0"]["sigma"]
-    assert kept == {"bearing_deg": times * SIGMA}
+
+
+def test_noise_that_is_told_far_off_and_trusted_is_used():
+    reports, _ = bearings(2, seconds=30)
+    own = {"sigma": {"bearing_deg": 10.0 * SIGMA}, "trust": ["sigma"]}
+    run = tw.track(reports, {"sensors": {f"s{n}": own for n in range(3)}}).run
+    assert run["configuration"]["sensors"]["s0"]["sigma"] == own["sigma"]

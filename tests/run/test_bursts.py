@@ -5,7 +5,9 @@ import polars as pl
 import pytest
 
 import trackweave as tw
+from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
+from trackweave.run.tracking import settings_for
 
 
 def walkers(seed=1):
@@ -46,8 +48,9 @@ def test_frames_whose_reports_have_times_of_their_own_are_frames(spread):
 
 
 def test_who_says_that_a_sensor_does_not_look_is_heard():
-    _, result = quality(stamped(walkers(), 0.1), {"sensors": {"default": {"scans": False}}})
-    assert result.run["configuration"]["sensors"]["default"]["scan_period"] is None
+    reports = tw.read_reports(stamped(walkers(), 0.1).drop("target"))
+    told = load_configuration({"sensors": {"default": {"scans": False}}})
+    assert settings_for(reports, told).values["sensors"]["default"]["scan_period"] is None
 
 
 def test_who_says_that_nothing_turns_is_not_contradicted():

@@ -98,7 +98,7 @@ class Asked:
 
 @pytest.fixture(scope="module")
 def asked() -> Asked:
-    reports, kept = tw.read_reports(tags(20.0).drop("target")), Kept()
+    reports, kept = tw.read_reports(tags(20.0, minutes=1.0).drop("target")), Kept()
     estimates = estimate(reports)
     sensor = replace(estimates.sensors["default"], sigma_height=35.0, height_offset=4.0)
     estimates = replace(estimates, sensors={"default": sensor}, notes=("Echoes are left out.",))
