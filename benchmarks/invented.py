@@ -8,6 +8,7 @@ import argparse
 import time
 
 import numpy as np
+from invented_ground import GROUND
 from invented_scenes import NOBODY
 from invented_scenes import SCENES as FIRST_SCENES
 from invented_sea import SEA
@@ -17,7 +18,7 @@ from text_tables import command, heading, table
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
-SCENES = FIRST_SCENES | SEA
+SCENES = FIRST_SCENES | SEA | GROUND
 HEAD = [
     "scene",
     "seed",
@@ -35,6 +36,7 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=1)
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--only", nargs="+", default=list(SCENES), choices=list(SCENES))
+    parser.add_argument("--at-rest", choices=["objects", "echoes"], default="objects")
     parser.add_argument("--notes", action="store_true", help="print what each run says")
     told = parser.parse_args()
     lines = []
@@ -43,9 +45,10 @@ def main() -> None:
         for seed in range(told.first, told.first + told.seeds):
             reports = make(np.random.default_rng(seed))
             whose, seen, begun = reports["target"].to_list(), reports.drop("target"), _now()
-            result = track(seen, {"sensors": sensors})
+            given = {"sensors": sensors, "lifecycle": {"at_rest": told.at_rest}}
+            result = track(seen, given)
             spent = _now() - begun
-            simple = track(seen, {"sensors": sensors, "tracker": {"kind": "nearest-neighbour"}})
+            simple = track(seen, {**given, "tracker": {"kind": "nearest-neighbour"}})
             found, near = (
                 each.assignments["track"].fill_null(-1).to_numpy() for each in (result, simple)
             )

@@ -96,7 +96,9 @@ def judged(
     named = identity_threads(reports, rows[heard])
     if named is None:
         threads = threads_of(time, position)
-        if is_filled_evenly(time) and (are_even_steps(time, position) or line_up(time, position)):
+        if is_filled_evenly(time) and (
+            are_even_steps(time, position) or line_up(time, position) is not None
+        ):
             # Threads speak of places that objects come back to, not of who reports.
             return Looking(0.0, 0.0, 1.0, 0), threads, rows
     else:

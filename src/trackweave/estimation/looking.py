@@ -1,6 +1,7 @@
 """Whether a sensor looks, or only hears what objects tell of themselves."""
 
 import itertools
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,7 @@ EVEN, MOST_EMPTY = 0.3, 2.0
 ALIKE, WITHIN = 0.5, 0.6
 # So many instants are looked at for reports that line up, of so many reports each at most; chance
 # gives so few of them one before and one after as exactly about them.
-MOST_INSTANTS, MOST_AT_ONCE, BY_CHANCE = 80, 60, 0.25
+MOST_INSTANTS, MOST_AT_ONCE, BY_CHANCE, MOSTLY = 80, 60, 0.25, 0.9
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,8 +175,8 @@ def are_even_steps(time: FloatArray, position: FloatArray) -> bool:
     return bool(high - low < ALIKE * usual and usual < WITHIN * extent)
 
 
-def line_up(time: FloatArray, position: FloatArray) -> bool:
-    """Tell whether reports of three successive instants lie on straight ways more than by chance.
+def line_up(time: FloatArray, position: FloatArray) -> tuple[float, float] | None:
+    """Return how reports of three successive instants lie on straight ways more than by chance.
 
     Of objects that are looked at each is in all three, however far it goes meanwhile; who has
     slots of its own is in one of them.
@@ -189,22 +190,33 @@ def line_up(time: FloatArray, position: FloatArray) -> bool:
 
     Returns
     -------
-    Whether half of the reports have another before and one after them so exactly about
-    themselves as chance, reports of another time after them, gives hardly any.
+    How far most go from one instant to the next at most [m], and the noise [m], where half of the
+    reports have another before and one after them so exactly about themselves as chance, reports
+    of another time after them, gives hardly any; else None.
     """
     parts = np.split(position, np.flatnonzero(np.diff(time)) + 1)
     if len(parts) < LASTING or max(map(len, parts)) > MOST_AT_ONCE:
-        return False
+        return None
     first = max(0, (len(parts) - MOST_INSTANTS) // 2)
     found: list[FloatArray] = []
     chance: list[FloatArray] = []
+    steps: list[FloatArray] = []
     for place in range(first + 1, min(first + MOST_INSTANTS, len(parts)) - 1):
-        other = (place + 1 + len(parts) // 2) % len(parts)
-        for off, after in ((found, parts[place + 1]), (chance, parts[other])):
-            middle = (parts[place - 1][:, None] + after[None]).reshape(-1, position.shape[1]) / 2.0
-            off.append(tree_of(middle).query(parts[place])[0])
-    exact = float(np.median(np.concatenate(found)))
-    return bool(np.mean(np.concatenate(chance) <= exact) < BY_CHANCE)
+        before, other = parts[place - 1], parts[(place + 1 + len(parts) // 2) % len(parts)]
+        for off, after in ((found, parts[place + 1]), (chance, other)):
+            middle = (before[:, None] + after[None]).reshape(-1, position.shape[1]) / 2.0
+            away, nearest = tree_of(middle).query(parts[place])
+            off.append(away)
+            if after is not other:
+                ends = before[nearest // len(after)], after[nearest % len(after)]
+                steps.append(np.linalg.norm(ends[1] - ends[0], axis=1) / 2.0)
+    near = np.concatenate(found)
+    exact = float(np.median(near))
+    if np.mean(np.concatenate(chance) <= exact) >= BY_CHANCE:
+        return None
+    # Beside the middle of two others a report lies by √1.5 deviations along each axis.
+    noise = exact / math.sqrt(1.5 * 2.0 * math.log(2.0))
+    return float(np.quantile(np.concatenate(steps)[near <= exact], MOSTLY)), noise
 
 
 def shun_successive(number: IntArray, threads: list[IntArray]) -> bool:

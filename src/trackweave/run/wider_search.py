@@ -16,7 +16,7 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, bounded, positive
-from trackweave.estimation.looking import is_filled_evenly
+from trackweave.estimation.looking import is_filled_evenly, line_up
 from trackweave.estimation.trees import tree_of
 from trackweave.run.stretches import Stretch
 
@@ -74,9 +74,14 @@ class _Trials:
         """Return what tracks cost of objects that go as the estimates say [nats]."""
         return self.stretch.tracked(self.estimates).cost
 
-    def best(self, distances: FloatArray) -> _Trial:
+    def best(self, distances: FloatArray, straight: tuple[float, float] | None) -> _Trial:
         """Return the trial under which tracks are likeliest."""
-        here = min(((each, 1.0, 1.0) for each in distances.tolist()), key=self.cost)
+        starts = [(each, 1.0, 1.0) for each in distances.tolist()]
+        if straight is not None and min(straight) > 0.0:
+            # As far and as exactly as most reports of three looks lie on a straight way.
+            distance, noise = straight
+            starts.append((distance, noise / (NOISE * distance), 1.0 / OTHER_PROCESS**2))
+        here = min(starts, key=self.cost)
         for _ in range(MOST_STEPS):
             distance, noise, process = here
             steps = [(distance, noise * f, process) for f in (OTHER_NOISE, 1 / OTHER_NOISE)]
@@ -115,7 +120,7 @@ def widely_searched(
     dearer = n_even * (-math.log(FEW) - (1.0 - FEW))
     if n_even and trials.as_before() < -dearer - least:
         return replace(beside, doubts={})
-    best = trials.best(distances)
+    best = trials.best(distances, line_up(part.look.astype(np.float64), part.measurement))
     if trials.cost(best) > -least:
         return None
     if is_tracked and trials.cost(best) > trials.as_before() - least:
