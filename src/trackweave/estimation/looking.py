@@ -46,7 +46,7 @@ EVEN, MOST_EMPTY = 0.3, 2.0
 ALIKE, WITHIN = 0.5, 0.6
 # So many instants are looked at for reports that line up, of so many reports each at most; chance
 # gives so few of them one before and one after as exactly about them.
-MOST_INSTANTS, MOST_AT_ONCE, BY_CHANCE, MOSTLY = 80, 60, 0.25, 0.9
+MOST_INSTANTS, MOST_AT_ONCE, BY_CHANCE = 80, 60, 0.25
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,7 +190,7 @@ def line_up(time: FloatArray, position: FloatArray) -> tuple[float, float] | Non
 
     Returns
     -------
-    How far most go from one instant to the next at most [m], and the noise [m], where half of the
+    How far they usually go from one instant to the next [m], and the noise [m], where half of the
     reports have another before and one after them so exactly about themselves as chance, reports
     of another time after them, gives hardly any; else None.
     """
@@ -216,7 +216,7 @@ def line_up(time: FloatArray, position: FloatArray) -> tuple[float, float] | Non
         return None
     # Beside the middle of two others a report lies by √1.5 deviations along each axis.
     noise = exact / math.sqrt(1.5 * 2.0 * math.log(2.0))
-    return float(np.quantile(np.concatenate(steps)[near <= exact], MOSTLY)), noise
+    return float(np.median(np.concatenate(steps)[near <= exact])), noise
 
 
 def shun_successive(number: IntArray, threads: list[IntArray]) -> bool:

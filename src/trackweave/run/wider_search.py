@@ -78,7 +78,7 @@ class _Trials:
         """Return the trial under which tracks are likeliest."""
         starts = [(each, 1.0, 1.0) for each in distances.tolist()]
         if straight is not None and min(straight) > 0.0:
-            # As far and as exactly as most reports of three looks lie on a straight way.
+            # As far and as exactly as reports of three looks lie on a straight way.
             distance, noise = straight
             starts.append((distance, noise / (NOISE * distance), 1.0 / OTHER_PROCESS**2))
         here = min(starts, key=self.cost)
