@@ -50,13 +50,11 @@ USUAL_DETECTION, USUAL_CHANCES, DETECTION_RANGE = 0.9, 10.0, (0.3, 0.96)
 PIECE = 5
 # So much of what objects do from one report to the next is left beside the curve through their
 # neighbours: noise that is less is hidden by it.
-HIDING = 0.04
-WHOLE_PLANE = 0.7
+HIDING, WHOLE_PLANE = 0.04, 0.7
 # How much denser than on average false alarms may be where they gather.
 MOST_GATHERED = 30.0
-FEWEST_LOOKS, EARLY_LOOKS = 10, 4
 # Objects are short-lived where a larger share of them is new at each scan, by so many tracks.
-SHORT_LIVED, MANY_LIVES = 0.03, 20
+FEWEST_LOOKS, EARLY_LOOKS, SHORT_LIVED, MANY_LIVES = 10, 4, 0.03, 20
 # So many long silences tell of what a sensor does not see, and for no more of the time.
 FEWEST_SILENCES, MOST_HIDDEN = 3, 0.8
 
@@ -116,6 +114,8 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
         return estimates
     sensors = dict(estimates.sensors)
     noises: list[float] = []
+    sizes = np.array([track.rows.size for track in tracks])
+    leave_soon = sizes[sizes < LASTING_HITS].sum() > 0.5 * sizes.sum()
     for index, name in enumerate(reports.sensors):
         look = np.sort(reports.look[reports.sensor == index])
         # What does not look is told by threads, per second.
@@ -123,8 +123,8 @@ def refined(estimates: Estimates, reports: ReportTable, followed: Followed) -> E
             continue
         sensors[name] = _detection(sensors[name], tracks, reports, followed, name)
         # Where first estimates are in doubt, so is what lasts in a crowd: any sure track counts.
-        # Where looks hold equally many, hardly any is a false alarm.
-        is_any = name in estimates.doubts or is_filled_evenly(look)
+        # Where looks hold equally many, and few stay for long, hardly any is a false alarm.
+        is_any = name in estimates.doubts or (leave_soon and is_filled_evenly(look))
         lasting = SURE_HITS if is_any else LASTING_HITS
         sensors[name] = _clutter(sensors[name], tracks, (reports, index), followed, lasting)
         found = _noise(sensors[name], tracks, (reports, index), is_wild=followed.is_wild)

@@ -34,6 +34,8 @@ OTHER_NOISE, OTHER_PROCESS, MOST_STEPS = 3.0, 20.0, 5
 # Tracks are so much likelier than false alarms where there are any, and so much for each report:
 # of reports that are all false the best trial is likelier by 0.02 each [nats].
 SURE, SURE_OF_EACH = 20.0, 0.04
+# … and so many times as much likelier than what is tracked already, where anything is.
+FAR_LIKELIER = 4.0
 FEW = 0.05  # So many of the reports are false at most where looks have equally many
 
 _Trial = tuple[float, float, float]
@@ -123,7 +125,7 @@ def widely_searched(
     best = trials.best(distances, line_up(part.look.astype(np.float64), part.measurement))
     if trials.cost(best) > -least:
         return None
-    if is_tracked and trials.cost(best) > trials.as_before() - least:
+    if is_tracked and trials.cost(best) > FAR_LIKELIER * trials.as_before() - least:
         return None
     return replace(trials.at(best), doubts={})
 
