@@ -35,7 +35,7 @@ OTHER_NOISE, OTHER_PROCESS, MOST_STEPS = 3.0, 20.0, 5
 # of reports that are all false the best trial is likelier by 0.02 each [nats].
 SURE, SURE_OF_EACH = 20.0, 0.04
 # … and so many times as much likelier than what is tracked already, where anything is.
-FAR_LIKELIER = 4.0
+FAR_LIKELIER = 2.5
 FEW = 0.05  # So many of the reports are false at most where looks have equally many
 
 _Trial = tuple[float, float, float]
