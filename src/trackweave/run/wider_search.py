@@ -120,12 +120,13 @@ def widely_searched(
     # Where objects go as they were found to, but seemed to be false alarms, all these are less
     # likely beside few.
     dearer = n_even * (-math.log(FEW) - (1.0 - FEW))
-    if n_even and trials.as_before() < -dearer - least:
+    before = trials.as_before() if n_even or is_tracked else 0.0
+    if n_even and before < -dearer - least:
         return replace(beside, doubts={})
     best = trials.best(distances, line_up(part.look.astype(np.float64), part.measurement))
     if trials.cost(best) > -least:
         return None
-    if is_tracked and trials.cost(best) > FAR_LIKELIER * trials.as_before() - least:
+    if is_tracked and trials.cost(best) > FAR_LIKELIER * before - least:
         return None
     return replace(trials.at(best), doubts={})
 
