@@ -82,6 +82,38 @@ def test_more_points_than_candidates_are_drawn_from_the_same_seed(runs: list) ->
     assert len(set(first) - {""}) == 4
 
 
+def test_points_may_be_proposed_and_a_search_goes_on_where_it_was(
+    runs: list, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("optuna")
+    swept = {"window": {"depth": list(range(1, 101))}}
+    table = {"sampler": "tpe", "candidates": 32}
+    given = changed("configurations.window.sweep", swept, changed("study.seeds", 9))
+    whole = tuned(runs, given, **table)
+    n_runs = len(runs)
+    tried = [int(depth) for depth in whole.trials["window.depth"] if depth]
+    assert len(set(tried)) == 32
+    assert abs(whole.best["window"]["depth"] - 4) <= 3
+
+    made_up, left = tuning.run_jobs, [5]
+
+    def stopping(*given: object) -> None:
+        if not left[0]:
+            raise KeyboardInterrupt
+        left[0] -= 1
+        made_up(*given)
+
+    monkeypatch.setattr(tuning, "run_jobs", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        tw.tune({**given, "tune": table}, tmp_path / "out")
+    left[0] = 100
+    runs.clear()
+    again = tw.tune({**given, "tune": table}, tmp_path / "out")
+    assert again.trials.equals(whole.trials)
+    assert again.report == whole.report
+    assert 0 < len(runs) < n_runs
+
+
 def test_a_candidate_that_fails_is_behind_all_others(
     runs: list, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -111,6 +143,7 @@ def test_nobody_having_the_objective_is_told(runs: list) -> None:
         (SWEPT, {"configuration": "nearest"}, "tune.configuration: nearest; .*: window$"),
         (SWEPT, {"objective": "tracks"}, "tune.objective: tracks, of which neither more nor less"),
         (SWEPT, {"objective": "speed"}, "tune.objective: .*expected one of"),
+        (SWEPT, {"sampler": "grid"}, "tune.sampler: .*; expected random or tpe"),
         (SWEPT, {"keep": 1}, "tune.keep: 1; expected a whole number from 2 to 10"),
     ],
 )

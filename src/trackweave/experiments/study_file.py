@@ -11,6 +11,7 @@ from typing import Annotated, Any
 from trackweave.config.presets import preset_values
 from trackweave.config.tables import Section, checked
 from trackweave.errors import InvalidInputError
+from trackweave.experiments.sampling import SAMPLERS
 from trackweave.experiments.sweeps import Sweep, merged, sweeps_of
 from trackweave.keys import COUNT, POSITIVE, SECONDS, Key, suggest
 from trackweave.metrics import Evaluation
@@ -85,8 +86,11 @@ class Tuning:
     objective
         The measure to be best in: ``log_likelihood`` of each scan's reports as predicted from the
         scans before, which needs no truth, or any other.
+    sampler
+        Where there are more points than candidates: ``random`` draws them; ``tpe`` proposes them
+        from what those before were worth in the first round (Optuna's estimator).
     candidates
-        How many points of the sweep take part, drawn at random where there are more.
+        How many points of the sweep take part.
     keep
         Of so many candidates one goes on to the next round, which has as many times the runs.
     first
@@ -95,6 +99,7 @@ class Tuning:
 
     configuration: Annotated[str | None, Key("the name of a configuration")] = None
     objective: Annotated[str, _MEASURE] = LIKELIHOOD
+    sampler: Annotated[str, Key("random or tpe", words=SAMPLERS)] = "random"
     candidates: Annotated[int, Key("a whole number from 2 to 10000", 2, 10_000)] = 27
     keep: Annotated[int, Key("a whole number from 2 to 10", 2, 10)] = 3
     first: Annotated[int, COUNT] = 1

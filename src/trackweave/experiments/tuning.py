@@ -4,8 +4,9 @@ import json
 import math
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,12 @@ import polars as pl
 from trackweave.arrays import FloatArray
 from trackweave.engine import engine_of
 from trackweave.errors import InvalidInputError
-from trackweave.experiments.cases import Case, cases_of, jobs_of
+from trackweave.experiments.cases import Case, Job, cases_of, jobs_of
 from trackweave.experiments.running import LOG, Log, Progress, record_of, run_jobs
+from trackweave.experiments.sampling import Proposals, proposals
 from trackweave.experiments.study_file import LIKELIHOOD, StudyPlan, read_study
 from trackweave.experiments.studying import place_of, require_few
-from trackweave.experiments.sweeps import Point, merged, nested
+from trackweave.experiments.sweeps import Point, Sweep, merged, nested
 from trackweave.io.encoding import encode_table
 from trackweave.randomness import generator_for
 from trackweave.studies.judging import mean_of
@@ -81,19 +83,36 @@ class TuningResult:
 
 @dataclass(frozen=True, slots=True)
 class _Search:
-    """Candidates by draws, all checked; candidate 0 is the configuration as it is."""
+    """Candidates by draws; candidate 0 is the configuration as it is."""
 
     study: StudyPlan
-    points: Sequence[Point]
+    sweep: Sweep
     draws: Sequence[Case]
+    sampled: Proposals
+    points: list[Point] = field(default_factory=lambda: [{}])
+    jobs: list[Job] = field(default_factory=list)
 
-    def cases(self) -> list[Case]:
-        return [replace(draw, point=point) for point in self.points for draw in self.draws]
+    def enter(self, points: Sequence[Point]) -> list[int]:
+        """Take candidates, whose configurations are checked; return their numbers."""
+        first = len(self.points)
+        self.points.extend(points)
+        # Candidate 0 has its runs with the first that are taken.
+        new = self.points[first if self.jobs else 0 :]
+        self.jobs.extend(jobs_of(self.study, [
+            replace(draw, point=point) for point in new for draw in self.draws
+        ]))  # fmt: skip
+        return list(range(first, len(self.points)))
+
+    def runs(self, candidates: Sequence[int], used: int) -> list[int]:
+        """Return the numbers of the runs of candidates, and of candidate 0, on some draws."""
+        each = len(self.draws)
+        return [one * each + draw for one in (0, *candidates) for draw in range(used)]
 
     def rounds(self) -> list[tuple[int, int]]:
         """Return how many candidates, besides 0, take part in each round, and the draws of it."""
         tuning, found = self.study.tuning, []
-        alive, used = len(self.points) - 1, min(tuning.first, len(self.draws))
+        alive = min(tuning.candidates, len(self.sweep))
+        used = min(tuning.first, len(self.draws))
         while True:
             found.append((alive, used))
             if used == len(self.draws) or alive == 1:
@@ -158,21 +177,25 @@ def tune(  # noqa: PLR0913 the one function that users call with everything
     search = _search(read_study(source, tuned=True))
     rounds = search.rounds()
     require_few(sum((alive + 1) * used for alive, used in rounds), search.study.name, yes=yes)
-    jobs = jobs_of(search.study, search.cases())
+    # Before anything is written: what is proposed first has to be a configuration.
+    alive = search.enter(next(search.sampled))
     place = place_of(search.study, source, out, "tune")
-    alive, last = list(range(1, len(search.points))), np.zeros(len(search.points), dtype=int)
     limit = search.study.plan.time_limit
     with engine_of(engine, workers, time_limit=limit) as pool, Log(search.study, place) as log:
-        for number, (count, used) in enumerate(rounds, start=1):
-            alive = alive[:count]
+
+        def scores(candidates: Sequence[int], used: int) -> list[float]:
+            run_jobs(search.jobs, search.runs(candidates, used), log, pool, progress)
+            return [_means(search, log, one, used)[0] for one in candidates]
+
+        score = _first_round(search, alive, partial(scores, used=rounds[0][1]))
+        last = np.ones(len(search.points), dtype=int)
+        for number, (count, used) in enumerate(rounds[1:], start=2):
+            order = np.argsort(score, kind="stable")[::-1]
+            alive = [alive[place] for place in order[:count]]
             last[[0, *alive]] = number
-            grid = [
-                [one * len(search.draws) + draw for draw in range(used)] for one in (0, *alive)
-            ]
-            run_jobs(jobs, [run for row in grid for run in row], log, pool, progress)
-            score = [_means(search, log, one, used)[0] for one in alive]
-            alive = [alive[place] for place in np.argsort(score, kind="stable")[::-1]]
-    found = _result(search, log, alive[0], [rounds[number - 1][1] for number in last])
+            score = scores(alive, used)
+        best = alive[int(np.argsort(score, kind="stable")[-1])]
+    found = _result(search, log, best, [rounds[number - 1][1] for number in last])
     if place is not None:
         record = {**record_of(search.study), "complete": True}
         kept = (place.path / LOG).read_bytes()
@@ -195,18 +218,31 @@ def _search(study: StudyPlan) -> _Search:
             f"configuration with a sweep: {', '.join(swept) or 'there is none'}"
         )
     whole = study.configurations[name]
-    points = list(whole.sweep.points())
     rng = generator_for(study.plan.first_seed, "tune")
-    if len(points) > tuning.candidates:
-        chosen = np.sort(rng.choice(len(points), tuning.candidates, replace=False))
-        points = [points[place] for place in chosen]
     alone = replace(
         study, configurations={name: replace(whole, sweep=replace(whole.sweep, keys={}))}
     )
     draws = list(cases_of(alone))
     # Any first few of them are of all scenarios.
     order = rng.permutation(len(draws))
-    return _Search(study, [{}, *points], [draws[place] for place in order])
+    sampled = proposals(tuning.sampler, whole.sweep, tuning.candidates, rng)
+    return _Search(study, whole.sweep, [draws[place] for place in order], sampled)
+
+
+def _first_round(
+    search: _Search, alive: list[int], scores: Callable[[Sequence[int]], list[float]]
+) -> list[float]:
+    """Return the score of each candidate, those entered that are proposed on the way."""
+    score = scores(alive)
+    told = score
+    while True:
+        try:
+            new = search.enter(search.sampled.send(told))
+        except StopIteration:
+            return score
+        told = scores(new)
+        alive += new
+        score = score + told
 
 
 def _values(search: _Search, log: Log, candidate: int, used: int) -> FloatArray:
