@@ -36,6 +36,7 @@ globalThis.requestAnimationFrame = (draw) => setTimeout(() => soon((ms) => {
 """
 """One frame a second."""
 TICK = os.sysconf("SC_CLK_TCK")
+DAY = 86_400.0
 
 
 class Watchers:
@@ -113,7 +114,8 @@ def latencies(
     no message tells by itself counts with the first message of a later one.
     """
     when = np.array([each for each, _ in seen])
-    told = np.maximum.accumulate(np.array([each for _, each in seen])) - morning
+    # Radars tell the time of the day, and the service the date as well.
+    told = np.maximum.accumulate(np.array([each for _, each in seen]) % DAY) - morning
     ends = np.array(sorted(since))
     ends = ends[len(ends) // 4 :]
     place = np.searchsorted(told, ends - 1e-6)
