@@ -1,5 +1,7 @@
 """Tests of one sensor's reports at one time."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
@@ -50,3 +52,27 @@ def test_refuses_a_time_that_is_no_finite_number(time) -> None:
 def test_refuses_columns_that_do_not_fit(values) -> None:
     with pytest.raises(InvalidInputError, match=next(iter(values))):
         Scan(**({"time": 1.0, "sensor": "radar", "measurement": [[1.0, 2.0]]} | values))
+
+
+def test_a_part_has_its_rows_of_every_column() -> None:
+    n = 5
+    columns = {
+        "measurement": np.arange(2.0 * n).reshape(n, 2), "report": np.arange(n) + 7,
+        "moments": np.linspace(0.0, 1.0, n), "platform": np.arange(6.0 * n).reshape(n, 6),
+        "identity": np.arange(n), "strength": np.arange(n) / n, "height": np.arange(n) * 10.0,
+        "covariance": np.eye(2) * np.arange(1.0, n + 1)[:, None, None],
+        "context": np.arange(3.0 * n).reshape(n, 3),
+    }  # fmt: skip
+    scan = Scan(1.0, "radar", **columns, tells_silence=True)
+    for rows in ([3, 1], np.array([True, False, True, False, False]), np.array([], dtype=int)):
+        part = scan.part(rows, tells_silence=False)
+        for each in fields(Scan):
+            own, whole = getattr(part, each.name), getattr(scan, each.name)
+            if each.name in ("time", "sensor"):
+                assert own == whole
+            elif each.name == "tells_silence":
+                assert own is False
+            else:
+                np.testing.assert_array_equal(own, whole[rows])
+    assert scan.tells_silence is True
+    assert Scan(1.0, "radar", [[1.0, 2.0]], platform=np.arange(6.0)).part([]).platform.size == 6

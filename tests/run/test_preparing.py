@@ -19,10 +19,11 @@ def test_few_reports_of_a_scan_are_its_first_with_all_their_columns():
     whole = Scan(
         3.0, "radar", np.arange(2.0 * count).reshape(-1, 2), moments=np.linspace(2.0, 3.0, count),
         platform=np.arange(6.0), identity=np.arange(count), strength=np.ones(count),
+        height=np.arange(1.0 * count),
     )  # fmt: skip
     few = few_of(whole)
     assert len(few) == REPORTS
-    for name in ("measurement", "moments", "identity", "strength", "report", "sigma"):
+    for name in ("measurement", "moments", "identity", "strength", "height", "report", "sigma"):
         np.testing.assert_array_equal(getattr(few, name), getattr(whole, name)[:REPORTS])
     np.testing.assert_array_equal(few.platform, whole.platform)
     assert few_of(few) is few

@@ -1,9 +1,11 @@
 """Reports of one sensor at one time."""
 
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, fields
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from trackweave.arrays import (
     FloatArray,
@@ -132,6 +134,37 @@ class Scan:
     def __len__(self) -> int:
         return int(self.measurement.shape[0])
 
+    def part(self, rows: IntArray | NDArray[np.bool_] | list[int], **instead: Any) -> "Scan":
+        """Return the scan with some of its reports.
+
+        Parameters
+        ----------
+        rows
+            Their places, or whether each counts.
+        instead
+            Fields that are otherwise, of the types that a scan holds; nothing is checked again.
+
+        Returns
+        -------
+        A scan of the same sensor and time.
+
+        Examples
+        --------
+        >>> import trackweave as tw
+        >>> scan = tw.Scan(time=10.0, sensor="radar", measurement=[[120.0, 40.0], [7.0, 3.0]])
+        >>> scan.part([1]).measurement.tolist()
+        [[7.0, 3.0]]
+        """
+        part = copy(self)
+        own = {
+            name: value[rows] for name in _PER_REPORT if (value := getattr(self, name)) is not None
+        }
+        if self.platform is not None and self.platform.ndim == 2:
+            own["platform"] = self.platform[rows]
+        for name, value in {**own, **instead}.items():
+            object.__setattr__(part, name, value)
+        return part
+
     def _check_extras(self, n_reports: int) -> None:
         """Check and cast what a scan need not have."""
         set_field = object.__setattr__
@@ -172,6 +205,10 @@ class Scan:
         object.__setattr__(self, "covariance", covariance)
         scale: FloatArray = np.sqrt(np.einsum("kii->ki", covariance))
         return scale
+
+
+_OF_ALL = {"time", "sensor", "platform", "tells_silence"}
+_PER_REPORT = tuple(each.name for each in fields(Scan) if each.name not in _OF_ALL)
 
 
 def _is_empty(values: ArrayLike) -> bool:

@@ -36,16 +36,7 @@ def prepare(course: Course, search: Solver, rng: np.random.Generator) -> None:
 
 def few_of(scan: Scan) -> Scan:
     """Return a scan with its first 20 reports at most."""
-    count = len(scan)
-    if count <= REPORTS:
-        return scan
-    own = {
-        name: value[:REPORTS]
-        for name in ("measurement", "sigma", "report", "moments", "platform", "identity",
-                     "strength", "covariance")
-        if (value := getattr(scan, name)) is not None and value.shape[0] == count
-    }  # fmt: skip
-    return replace(scan, **own)
+    return scan if len(scan) <= REPORTS else scan.part(np.arange(REPORTS))
 
 
 @contextmanager

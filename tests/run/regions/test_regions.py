@@ -89,6 +89,17 @@ def test_objects_that_cross_the_cut_keep_one_name(small):
     np.testing.assert_allclose(one.select(keys), two.select(keys), atol=1e-6)
 
 
+def test_reports_that_tell_more_than_places_are_tracked_as_by_one_process(small):
+    reports = lanes(40, east=True).with_columns(
+        height_m=1_000.0 + 300.0 * pl.col("target"), strength=20.0 + pl.col("target") % 3,
+        identity=pl.format("MMSI {}", "target"), sigma=pl.lit(20.0),
+    )  # fmt: skip
+    alone = tw.track(reports, CONFIG)
+    apart = tw.track(reports, CONFIG, engine="local", workers=2)
+    assert apart.run["regions"]["count"] > 1
+    assert partition(apart) == partition(alone)
+
+
 def test_the_same_bytes_for_any_number_of_workers_and_after_a_kill(small):
     reports = lanes(40, east=True)
     first = tw.track(reports, CONFIG, engine="local", workers=1)

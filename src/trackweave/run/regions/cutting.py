@@ -1,7 +1,8 @@
 """The plane in regions with about as many reports each, and how far each looks beyond itself."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -227,15 +228,9 @@ def part_of(
     # An empty scan is one of opportunity: it stays, with its time and where its sensor was.
     if not len(scan):
         return scan
-    own = {
-        name: value[keep]
-        for name in ("measurement", "sigma", "moments", "identity", "strength", "covariance",
-                     "context")
-        if (value := getattr(scan, name)) is not None
-    }  # fmt: skip
-    if scan.platform is not None and scan.platform.ndim == 2:
-        mean: FloatArray = scan.platform.mean(axis=0)
-        own["platform"] = scan.platform[keep] if keep.any() else mean
+    own: dict[str, Any] = {"report": number[keep]}
+    if scan.platform is not None and scan.platform.ndim == 2 and not keep.any():
+        own["platform"] = scan.platform.mean(axis=0)
     if scan.tells_silence is None:
         own["tells_silence"] = sensor.tells_silence(len(scan))
-    return replace(scan, report=number[keep], **own)
+    return scan.part(keep, **own)
