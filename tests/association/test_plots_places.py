@@ -168,7 +168,8 @@ def test_only_those_miss_an_object_that_cover_its_place(rule):
             replace(sensor, coverage=view)
             for sensor, view in zip(radars(seed), VIEWS, strict=True)
         ]
-        assert len(assert_as_the_oracle_says(sensors, rule)) > 8
+        # What is covered changes with the place and its covariance, which are found by steps.
+        assert len(assert_as_the_oracle_says(sensors, rule, within=0.05)) > 8
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2), (2, 1, 0)])

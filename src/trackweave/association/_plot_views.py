@@ -44,7 +44,9 @@ def unseen_price(
             entry += 1
         elif views.is_bounded[other]:
             corners = views.corner[views.first_corner[other] : views.first_corner[other + 1]]
-            coverage = Coverage(False, views.position[other], views.bounds[other], corners)
+            coverage = Coverage(
+                False, views.position[other], views.bounds[other], corners, np.zeros(2)
+            )
             share = covered_share(mean, covariance, coverage)
             price -= math.log1p(-views.detection[other] * share)
     return price

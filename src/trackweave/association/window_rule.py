@@ -116,6 +116,8 @@ def scan_input(
     setting, noise, used = _settings(covariance[order], platforms[:count][order])
     start = _start(scan, context.start)
     coverage = coverage_of(sensor, scan, start)
+    if not coverage.everywhere:
+        coverage = coverage._replace(blur=_blur(sensor, covariance, dim))
     own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
@@ -249,6 +251,20 @@ def _start(scan: Scan, given: float | None) -> float | None:
     return float(scan.moments.min(initial=scan.time))
 
 
+def _blur(sensor: Sensor, covariance: FloatArray, dim: int) -> FloatArray:
+    """Return how far reports lie beside their objects: across [rad], and along or any way [m]."""
+    kind = sensor.measurement
+    if isinstance(kind, ForeignKind):
+        return np.zeros(2)
+    if len(covariance):
+        sigma = np.sqrt(np.einsum("kii->ki", covariance).mean(axis=0))
+    else:
+        sigma = sensor.sigmas(dim)
+    if kind.is_position:
+        return np.array([0.0, np.max(sigma[:2])])
+    return np.array([sigma[1], sigma[0]]) if kind.has_range else np.array([sigma[0], 0.0])
+
+
 def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
     """Return where a scan looked: the sensor's field of view, as far as its beam went."""
     # The scan may say where the sensor was. The beam of a turning sensor began with the scan at
@@ -273,7 +289,8 @@ def swept(coverage: Coverage, position: FloatArray, sector: tuple[float, float])
     first, width = sector
     if coverage.everywhere:
         bounds = np.array([0.0, np.inf, first, width])
-        return Coverage(False, np.asarray(position, dtype=float).copy(), bounds, np.empty((0, 2)))
+        centre = np.asarray(position, dtype=float).copy()
+        return Coverage(False, centre, bounds, np.empty((0, 2)), np.zeros(2))
     own_first, own_width = coverage.bounds[2], coverage.bounds[3]
     ahead = (first - own_first) % (2 * np.pi)
     behind = (own_first - first) % (2 * np.pi)

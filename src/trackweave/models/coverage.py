@@ -18,13 +18,16 @@ class Coverage(NamedTuple):
     """A field of view as kernels read it.
 
     ``bounds`` holds min range, max range [m], azimuth at which the sector starts and its width
-    [rad, clockwise from north]; an empty ``polygon`` is none. ``everywhere`` short-cuts both.
+    [rad, clockwise from north]; an empty ``polygon`` is none. ``blur`` holds how far reports lie
+    beside their objects across the line of sight [rad] and along it or any way [m]: edges are of
+    what is reported. ``everywhere`` short-cuts all.
     """
 
     everywhere: bool
     position: FloatArray
     bounds: FloatArray
     polygon: FloatArray
+    blur: FloatArray
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,12 +97,13 @@ class FieldOfView:
                 [self.min_range, self.max_range, np.radians(start), np.radians(width or 360.0)]
             ),
             polygon=np.ascontiguousarray(polygon),
+            blur=np.zeros(2),
         )
 
 
 def everywhere() -> Coverage:
     """Return the coverage of a sensor that sees the whole plane."""
-    return Coverage(True, np.zeros(2), np.zeros(4), np.empty((0, 2)))
+    return Coverage(True, np.zeros(2), np.zeros(4), np.empty((0, 2)), np.zeros(2))
 
 
 def hiding(share: float, mean_silence: float, waited: float) -> tuple[float, float]:

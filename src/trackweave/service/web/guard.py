@@ -24,7 +24,8 @@ _LINES_PER_S = 5.0
 """Lines on refused requests, of which ten times as many may come at once."""
 _ALWAYS = {
     "x-content-type-options": "nosniff",
-    "referrer-policy": "no-referrer",
+    # Without any, browsers send the login's form as of no origin.
+    "referrer-policy": "same-origin",
     "cross-origin-opener-policy": "same-origin",
     "cross-origin-resource-policy": "same-origin",
     "x-frame-options": "DENY",
