@@ -94,6 +94,9 @@ class Service:
             assert self.process.poll() is None, self.log.read_text()
             try:
                 is_ready = self.get("/healthz")["status"] != "starting"
+            except urllib.error.HTTPError as err:
+                # It asks for a token.
+                is_ready = err.code == 401
             except (urllib.error.URLError, ConnectionError, TimeoutError):
                 is_ready = False
             if is_ready:

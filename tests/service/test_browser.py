@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from cli.run_directory import write_run
+from service.serving import Service
 from trackweave.cli.edge import Voice
 from trackweave.cli.plot import run_plot
 
@@ -215,3 +216,20 @@ def test_the_live_page_follows_its_service(watched: Watched, aircraft: tuple[str
     watched.wait("trackweave.store.reports.n > 0")
     assert watched.complaints == []
     assert all(address.startswith((url, "data:")) for address in watched.requests)
+
+
+def test_whoever_has_the_token_logs_in_by_the_form(watched: Watched, tmp_path: Path) -> None:
+    token = "t" * 40
+    (tmp_path / "token").write_text(token)
+    (tmp_path / "token").chmod(0o600)
+    service = Service(tmp_path / "data", "--token-file", str(tmp_path / "token"))
+    try:
+        page = watched.page
+        page.goto(f"http://127.0.0.1:{service.port}/login")
+        page.fill("#token", token)
+        page.locator("button").click()
+        page.wait_for_function("document.title !== 'trackweave: log in'")
+        assert page.url == f"http://127.0.0.1:{service.port}/"
+        assert "another origin" not in page.content()
+    finally:
+        service.kill()

@@ -178,3 +178,17 @@ def test_standard_input_becomes_tracks(tmp_path: Path) -> None:
         assert (told["reports"], told["ended"]) == (240, True)
     finally:
         assert service.terminate() == 0
+
+
+def test_a_folder_of_somebody_else_is_left_as_it_is(tmp_path: Path) -> None:
+    (tmp_path / "mine" / "tracks").mkdir(parents=True)
+    kept = tmp_path / "mine" / "tracks" / "tracks-00001.csv"
+    kept.write_text("mine\n")
+    given = ["serve", "--data", str(tmp_path / "mine"), "--page", f"127.0.0.1:{free_port()}"]
+    done = subprocess.run(
+        [sys.executable, "-m", "trackweave", *given], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 2
+    assert "it holds tracks and no journal; expected a new or empty folder" in done.stderr
+    assert kept.read_text() == "mine\n"
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["tracks"]

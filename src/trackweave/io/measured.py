@@ -193,9 +193,12 @@ def _position_sigma(checks: RowChecks, dim: int, among: BoolArray | None = None)
     """Return each position's noise, which a row has along both horizontal axes or neither."""
     for name, other in (("sigma_x", "sigma_y"), ("sigma_y", "sigma_x")):
         if checks.filled(name) and other not in checks.names:
-            raise DataFormatError(
-                f"{checks.name}, column {name}: there is no {other}; expected {other} too"
-            )
+            said = checks.filled_cells(name)
+            if said.all():
+                raise DataFormatError(
+                    f"{checks.name}, column {name}: there is no {other}; expected {other} too"
+                )
+            checks.refuse(name, said, f"a number in {other} beside it")
     sigma = np.stack([read_sigma(checks, name, among) for name in _SIGMA_COLUMNS[:dim]], axis=-1)
     blank = np.isnan(sigma[:, :2])
     for axis, name in enumerate(_SIGMA_COLUMNS[:2]):

@@ -288,7 +288,7 @@ class Office:
 
     def is_snapshot_due(self, *, is_idle: bool) -> bool:
         """Tell whether a snapshot is to be written, where there is time for one or none."""
-        if self.engine.sequence <= self._kept_sequence:
+        if self.engine.sequence <= self._kept_sequence or self.files.is_behind:
             return False
         age = time.monotonic() - self._kept
         spent, old = (SPENT_S, OLD_S) if is_idle else (MOST_SPENT_S, OLDEST_S)

@@ -26,6 +26,9 @@ class RowsDue:
 
     def add(self, tracks: TrackTable, time: float) -> None:
         """Take the rows after a scan that ends at a time."""
+        if self.waiting is None and time == self.written:
+            # The scan was put aside, and the tracker is where it was.
+            return
         if self.waiting is not None and time > self.time:
             self._write()
         self.waiting, self.time = tracks, time
@@ -34,6 +37,12 @@ class RowsDue:
         """Return, and take out, what is to be written."""
         ready, self.ready = tuple(self.ready), []
         return ready
+
+    def begin_anew(self) -> None:
+        """Write what waits, and the next rows whenever they are: the clock was set back."""
+        if self.waiting is not None:
+            self.ready.append(self.waiting)
+        self.waiting = self.written = None
 
     def finish(self) -> None:
         """Write the last rows, which are always written."""

@@ -103,11 +103,14 @@ def run_service(plan: Plan, told: Callable[[str], None]) -> None:
 
 async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     plan.configuration()
+    _require_own(plan.folder)
     loop = asyncio.get_running_loop()
     office = await loop.run_in_executor(None, _office, plan)
     if office.journal.cut is not None:
         cut = office.journal.cut
         say(_log, logging.WARNING, "torn tail cut off", path=cut.path, offset=cut.offset)
+    for why in office.snapshots.unreadable:
+        say(_log, logging.WARNING, "snapshot left out", message=why)
     clerk = Clerk(office, plan.configuration, plan.sources)
     publishers = [Publisher(target) for target in plan.targets]
     clerk.publishers += publishers
@@ -142,6 +145,19 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
     await clerk.close()
     for task in failed:
         task.result()
+
+
+def _require_own(folder: Path) -> None:
+    """Refuse a folder that holds something else than a service."""
+    # A journal that cannot be read is for who opens it to tell.
+    if not folder.is_dir() or (folder / "journal").exists():
+        return
+    others = sorted(path.name for path in folder.iterdir())
+    if others:
+        raise OutputError(
+            f"{folder}: it holds {', '.join(others[:3])} and no journal; expected a new or empty "
+            "folder for --data, or that of an earlier service"
+        )
 
 
 def _office(plan: Plan) -> Office:

@@ -214,8 +214,9 @@ class Saying:
             "reports_per_s": round(heard.rate(now), 2),
             "silent": now - max(heard.when, self._begun) > patience,
         }
-        if np.isfinite(heard.last):
-            found["last_heard"] = heard.last
+        told = self._office.engine.told().get(name, heard.last)
+        if np.isfinite(told):
+            found["last_heard"] = told
         if sensor is None:
             return {**found, "known": False}
         found["kind"] = getattr(sensor.measurement, "word", "plug-in")

@@ -220,6 +220,8 @@ class Stepper:
         self.gap = hypothesis.certificate.gap
         before, self.n_sequences = self.time, hypothesis.n_sequences
         self.time = hypothesis.time if np.isfinite(hypothesis.time) else self.time
+        if before is not None and self.time is not None and self.time < before:
+            self.rows.begin_anew()
         known = self.told if self.time == before else ()
         self.told = (*known, *(scan.sensor for scan in scans if scan.time == self.time))
         self.names.note(hypothesis, scans)

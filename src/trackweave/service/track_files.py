@@ -1,5 +1,6 @@
 """The tracks files of a service: rows as they became known, in parts of a bounded size."""
 
+import logging
 from pathlib import Path
 from typing import TypeAlias
 
@@ -8,12 +9,15 @@ import polars as pl
 from trackweave.domain.tracks import TrackTable
 from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import tracks_frame
+from trackweave.service.log import say
 from trackweave.service.spec import Spec
 
 __all__ = ["TrackFiles", "WritingPlace"]
 
 WritingPlace: TypeAlias = tuple[int, int, int, tuple[str, ...]]
 """Where writing is: part, rows and bytes in it, and its columns."""
+
+_log = logging.getLogger("trackweave.service")
 
 MOST_ROWS = 200_000
 """A part that has so many rows is the last no more."""
@@ -36,8 +40,14 @@ class TrackFiles:
         self._folder, self._most = folder, most_rows
         self.part, self.n_rows, self.size = 0, 0, 0
         self._columns: tuple[str, ...] = ()
+        self._waiting: list[pl.DataFrame] = []
         if folder is not None:
             folder.mkdir(parents=True, exist_ok=True)
+
+    @property
+    def is_behind(self) -> bool:
+        """Whether the disk has refused rows, which are written once it takes them."""
+        return bool(self._waiting)
 
     def place(self) -> WritingPlace:
         """Return where it is."""
@@ -63,15 +73,22 @@ class TrackFiles:
         self.part = int(place[0])
 
     def add(self, tables: tuple[TrackTable, ...], spec: Spec) -> None:
-        """Write rows that became due."""
+        """Write rows that became due, after those that still wait for room on the disk."""
         if self._folder is None or not tables:
             return
-        for table in tables:
-            self._write(tracks_frame(table, spec.frame, iso_time=spec.iso_time))
+        was_behind = self.is_behind
+        frames = [tracks_frame(table, spec.frame, iso_time=spec.iso_time) for table in tables]
+        self._waiting += [frame for frame in frames if not frame.is_empty()]
+        try:
+            while self._waiting:
+                self._write(self._waiting[0])
+                del self._waiting[0]
+        except OSError as err:
+            if not was_behind:
+                why = err.strerror or str(err)
+                say(_log, logging.WARNING, "tracks file refused", path=self._path(), message=why)
 
     def _write(self, frame: pl.DataFrame) -> None:
-        if frame.is_empty():
-            return
         missing = [name for name in self._columns if name not in frame.columns]
         is_wider = any(name not in self._columns for name in frame.columns)
         begins = self.part == 0 or self.n_rows >= self._most or is_wider
@@ -82,10 +99,13 @@ class TrackFiles:
             nothing = [pl.lit(None, dtype=pl.Float64).alias(name) for name in missing]
             frame = frame.with_columns(nothing)
         data = encode_table(frame.select(self._columns), "tracks.csv")
-        if not begins:
+        if self.size:
             data = data[data.index(b"\n") + 1 :]
-        with self._path().open("wb" if begins else "ab") as file:
+        with self._path().open("r+b" if self.size else "wb") as file:
+            # What was written of these rows before the disk was full is written over.
+            file.seek(self.size)
             file.write(data)
+            file.truncate()
         self.n_rows, self.size = self.n_rows + frame.height, self.size + len(data)
 
     def _path(self) -> Path:
