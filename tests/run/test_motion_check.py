@@ -1,5 +1,6 @@
 """What is told of the process noise, and what becomes of it where tracks break off."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,7 @@ import polars as pl
 import pytest
 
 from trackweave import track
+from trackweave.config import Configuration
 from trackweave.run import motion_check
 from trackweave.run.diagnostics import Case
 from trackweave.simulation import demo_scenario, simulate
@@ -107,6 +109,25 @@ def test_objects_manoeuvre_where_what_was_learned_of_the_others_breaks_tracks(se
     assert quiet["process_noise"] < 0.01 < 10.0 < manoeuvring["process_noise"]
     assert result.run["sources"]["motion.model"] == "estimated"
     assert result.run["told"] == []
+
+
+@pytest.mark.parametrize(("n_left", "is_used"), [(8, True), (30, False)])
+def test_a_trial_counts_pieces_too_short_to_show_a_break(
+    monkeypatch: pytest.MonkeyPatch, n_left: int, is_used: bool
+) -> None:
+    values = track(reports(turning=False)).values
+    table, settings, doubts = values.reports, values.settings, motion_check.MotionDoubts()
+    found = [motion_check._Breaks(number, 3.0, 50.0, 1.0) for number in (8, 5)]
+    monkeypatch.setattr(motion_check, "_breaks", lambda _: found.pop(0))
+    # Every object is five pieces at first.
+    pieces = np.arange(len(table)) * 40 // len(table)
+    assert doubts.contradict(table, settings, pieces, at_end=True)
+    assert "imm" in doubts.applied(Configuration({})).table("motion")
+    quick = replace(settings, motion=replace(settings.motion, process_noise=50.0))
+    left = np.arange(len(table)) * n_left // len(table)
+    # Five breaks of eight are more than half.
+    assert doubts.contradict(table, quick, left, at_end=True) == (not is_used)
+    assert ("imm" in doubts.applied(Configuration({})).table("motion")) == is_used
 
 
 def test_a_model_that_is_told_stays() -> None:

@@ -87,6 +87,8 @@ def _doubt(change: FloatArray, mean: FloatArray) -> str:
     if change.size < FEWEST:
         return "do not go with how its ranges change"
     factor = float(np.median(mean / change))
+    if abs(factor - 1.0) < NEAR:
+        return "scatter far more about how its ranges change than beside one another"
     off, value = min((abs(factor / value - 1.0), value) for value in MEANT)
     meant = f" ({MEANT[value]})" if off < NEAR else ""
     return f"are {factor:.2g} times what its ranges change in a second{meant}"

@@ -21,13 +21,14 @@ KEY, MODEL = "motion.process_noise", "motion.model"
 # Tracks are looked at when so many reports are in them, then at each doubling, and at the end.
 LINKS = 800
 # So many breaks, where chance hardly makes as many, are put to the trial. It must bring a process
-# noise so many times larger, which mends so many, leaves half of them at most, and no more tracks.
+# noise so many times larger, which mends so many, leaves half of them at most, and no more tracks;
+# or so many times fewer tracks, be they as short as they may.
 # What leads from an end to a beginning is that many standard deviations of a manoeuvre's noise.
 FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
-# … and of tracks, where it was learned: a second model costs twice the time, and where few break
-# off it gains nothing that joins do not mend.
-LEAST_SHARE = 0.03
-TIMES, LEFT, DEVIATIONS = 4.0, 0.5, 2.0
+# … and of tracks, where it was learned, in which chance may make as many rather: a second model
+# costs twice the time, and where few break off it gains nothing that joins do not mend.
+LEAST_SHARE, CHANCE_OF_LEARNED = 0.03, 0.1
+TIMES, LEFT, FEWER, DEVIATIONS = 4.0, 0.5, 0.6, 2.0
 # How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
 SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
@@ -67,6 +68,7 @@ class MotionDoubts:
         self._due: float = LINKS
         self._doubted = self._tried = 0.0
         self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
+        self._pieces = 0  # Tracks of any length
         self._is_told = self._is_on_trial = self._is_used = False
 
     def applied(self, configuration: Configuration) -> Configuration:
@@ -112,14 +114,14 @@ class MotionDoubts:
         if self._is_on_trial:
             self._tried, self._left = process, found.number
             most = min(self._broken.number - FEWEST_BREAKS, LEFT * self._broken.number)
-            return self._settle(is_used=found.number <= most and len(case.groups) <= self._tracks)
+            is_mended = found.number <= most and len(case.groups) <= self._tracks
+            # Where tracks broke into pieces too short to show it, there are far fewer of them.
+            return self._settle(is_used=is_mended or _n_tracks(track) <= FEWER * self._pieces)
         self._due = 2 * n_assigned
-        if (
-            found.number == 0
-            or poisson_reaches(found.number, max(found.chance, LEAST_CHANCE)) > BY_CHANCE
-        ):
-            return False
         self._is_told = settings.sources.get(KEY) == "file"
+        chance = poisson_reaches(found.number, max(found.chance, LEAST_CHANCE))
+        if found.number == 0 or chance > (BY_CHANCE if self._is_told else CHANCE_OF_LEARNED):
+            return False
         is_too_little = found.process >= max(TIMES * process, LEAST)
         if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
             return False
@@ -129,6 +131,7 @@ class MotionDoubts:
             return False
         self._doubted, self._is_on_trial = process, True
         self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
+        self._pieces = _n_tracks(track)
         return True
 
     def _settle(self, *, is_used: bool) -> bool:
@@ -218,6 +221,11 @@ def _breaks(case: Case) -> _Breaks:
     broken = is_near.any(axis=1)
     spoken = float(np.median(process[broken])) if broken.any() else 0.0
     return _Breaks(int(broken.sum()), chance, spoken, usual)
+
+
+def _n_tracks(track: IntArray) -> int:
+    """Return how many tracks there are, the shortest as well."""
+    return int(np.unique(track[track >= 0]).size)
 
 
 def _crowd(case: Case) -> float:
