@@ -7,11 +7,12 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.estimates import SensorEstimate
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import reach
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["disagreements"]
+__all__ = ["disagreements", "spacing_of_lone"]
 
 FEWEST_PAIRS = 20
 MOST_SCANS = 400
@@ -40,6 +41,14 @@ def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], f
         if square is not None:
             found[first, second] = square
     return found
+
+
+def spacing_of_lone(*sensors: SensorEstimate) -> float:
+    """Return how far apart objects are that report by themselves [m]; infinite where one looks."""
+    # No two are told at once, so that nothing tells it but how many there are, evenly spread.
+    if any(sensor.scans is not False or not sensor.n_objects for sensor in sensors):
+        return np.inf
+    return min(0.5 * float(np.sqrt(each.covered / each.n_objects)) for each in sensors)
 
 
 def _turns(reports: ReportTable, index: int) -> bool:

@@ -15,7 +15,7 @@ from trackweave.estimation.chains import (
     speed_of_few,
 )
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
-from trackweave.estimation.disagreement import disagreements
+from trackweave.estimation.disagreement import disagreements, spacing_of_lone
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
 from trackweave.estimation.frames import Frames, frames_of, scan_period, usual_gap
 from trackweave.estimation.identities import identity_error, note_on_identities
@@ -134,6 +134,8 @@ def _reconciled(
     extra: dict[str, list[float]] = {}
     for pair, square in disagreements(reports, speed).items():
         first, second = (reports.sensors[index] for index in pair)
+        if square > spacing_of_lone(sensors[first], sensors[second]) ** 2:
+            continue
         unexplained = square - sensors[first].plane_sigma ** 2 - sensors[second].plane_sigma ** 2
         for name in (first, second):
             extra.setdefault(name, []).append(max(unexplained, 0.0) / 2)
