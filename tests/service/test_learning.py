@@ -113,6 +113,21 @@ def test_a_complete_configuration_needs_one_report() -> None:
     assert set(found.spec.configuration["sensors"]) == set(configuration["sensors"])
 
 
+@pytest.mark.parametrize(
+    "row", [{"bearing_deg": 3.0}, {"range_m": 900.0, "azimuth_deg": 3.0}, {"x": 1.0}]
+)
+def test_nobody_waits_for_what_a_sensor_lacks_that_is_hardly_heard(row: dict[str, float]) -> None:
+    frame, configuration = positions()
+    one = pl.DataFrame({"time": [1.0], "sensor": ["evil"], **{k: [v] for k, v in row.items()}})
+    heard = [packed_reports(part, "test", engine_facts()) for part in (one, frame[:600])]
+    engine = engine_of(heard)
+    found = learned(load_configuration(configuration), engine.heard, engine.facts)
+    assert found is not None
+    assert set(found.spec.configuration["sensors"]) == set(configuration["sensors"])
+    if "x" not in row:
+        assert "left out, as hardly heard: sensor evil; " in found.notes[0]
+
+
 def test_what_only_a_person_knows_is_asked_for() -> None:
     quiet = [message for message in traffic() if message[0] == 48]
     engine = engine_of(payloads_of(quiet))

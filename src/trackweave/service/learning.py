@@ -38,6 +38,8 @@ FEWEST, LONG_ENOUGH, TURNS = 200, 30.0, 3.0
 OFTEN, MOST = 6, 2000
 """Where reports carry identities, as many are of objects that were heard so often, or nothing
 tells how they move; of so many reports in all a configuration is estimated anyway."""
+RARE = 0.05
+"""A sensor with a smaller share of what was heard may lack what only a person can tell."""
 FEWEST_IN_REGION = 50
 """Of what was heard, so many reports lie in a region."""
 MOST_NAMED = 4
@@ -183,6 +185,35 @@ def learned(
     InvalidInputError
         If something is missing that only a person can tell.
     """
+    try:
+        return _learned(configuration, heard, (facts, known), most_regions)
+    except InvalidInputError as err:
+        # Of a sensor that is hardly heard nobody waits for what it lacks.
+        rest, left_out = _without_rare(heard)
+        found = _learned(configuration, rest, (facts, known), most_regions) if left_out else None
+        if found is None:
+            raise
+        named = ", ".join(left_out[:MOST_NAMED])
+        note = f"left out, as hardly heard: sensor {named}; {err}"
+        return replace(found, notes=(note, *found.notes))
+
+
+def _without_rare(heard: Sequence[Arrived]) -> tuple[list[Arrived], list[str]]:
+    """Return what was heard without sensors that reported hardly anything, and their names."""
+    names = pl.concat([each.table["sensor"].cast(pl.String) for each in heard])
+    count = names.value_counts(name="count")
+    rare = count.filter(pl.col("count") < RARE * names.len())["sensor"].sort().to_list()
+    is_kept = ~pl.col("sensor").cast(pl.String).is_in(rare)
+    return [replace(each, table=each.table.filter(is_kept)) for each in heard], rare
+
+
+def _learned(
+    configuration: Configuration,
+    heard: Sequence[Arrived],
+    beside: tuple[Facts, Spec | None],
+    most_regions: int | None,
+) -> Learned | None:
+    facts, known = beside
     reports = _table(configuration, heard, facts, known)
     if not len(reports):
         return None
