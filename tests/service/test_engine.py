@@ -147,6 +147,22 @@ def test_a_bound_of_work_is_part_of_the_answer() -> None:
     assert not rows_of(bounded).equals(rows_of(given))
 
 
+def test_the_same_configuration_again_loses_no_report_and_no_row() -> None:
+    frame, configuration = positions()
+    spec = Spec(configuration)
+    given = records(frame, spec)
+    for at in range(len(given) // 2, len(given) // 2 + 4):
+        again = [*given[:at], (Kind.CONFIGURE, spec.payload()), *given[at:]]
+        one, two = rows_of(given), rows_of(again)
+        assert two["time"].unique().sort().to_list() == one["time"].unique().sort().to_list()
+        assert two.select("time", "track").is_unique().all()
+        # What a report said before counts, but not how likely other sequences were.
+        sure = pl.col("status") == "confirmed"
+        assert abs(two.filter(sure).height - one.filter(sure).height) < 0.02 * one.height
+        last = pl.col("time") == one["time"].max()
+        assert two.filter(last)["hits"].sum() >= 0.98 * one.filter(last)["hits"].sum()
+
+
 def test_another_configuration_keeps_the_tracks() -> None:
     frame, configuration = positions()
     spec = Spec(configuration)

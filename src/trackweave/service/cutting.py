@@ -6,7 +6,7 @@ scans, the empty ones are put where ``trackweave.run.scans`` puts them.
 """
 
 import heapq
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -339,6 +339,22 @@ class Cutter:
         for cut in self.sensors.values():
             if cut.told > EARLY:
                 cut.jumped(time)
+
+    def follow(self, before: "Cutter", unchanged: Collection[str]) -> None:
+        """Go on with what another has taken in and not handed on, some sensors as they are."""
+        for name in self.sensors.keys() & before.sensors.keys():
+            cut = before.sensors[name]
+            if name in unchanged:
+                cut.place = self.sensors[name].place
+                self.sensors[name] = cut
+            else:
+                cut.until = np.inf
+                before._gather(cut)
+        for time, _, _, scan in sorted(before.waiting, key=lambda each: each[:3]):
+            if scan.sensor in self.sensors:
+                self.serial += 1
+                place = self.sensors[scan.sensor].place
+                heapq.heappush(self.waiting, (time, place, self.serial, scan))
 
     def _gather(self, cut: SensorCut) -> None:
         for scan in cut.complete():

@@ -300,8 +300,12 @@ class Engine:
         spec, before = Spec.of(payload), self._running
         self.configured_by = self.sequence
         settings, priors, names = _settings_of(spec), None, Names()
+        cutter, rows = Cutter.of(settings.sensors, spec.dim), tuple[TrackTable, ...]()
         if before is not None:
             names = before.stepper.names
+            cutter.follow(before.cutter, spec.unchanged(before.spec))
+            before.stepper.finish()
+            rows = before.stepper.rows.taken()
             is_same_plane = (spec.dim, spec.frame) == (before.spec.dim, before.spec.frame)
             known = before.stepper.tracker.tracks()
             known = known.at(np.flatnonzero(known.status != TENTATIVE))
@@ -319,11 +323,11 @@ class Engine:
             settings, self.counts, tracker, rng, RowsDue(settings.period), names,
             time=None if before is None else before.stepper.time,
         )  # fmt: skip
-        running = _running(spec, settings, Cutter.of(settings.sensors, spec.dim), stepper)
+        running = _running(spec, settings, cutter, stepper)
         self._running = running
         heard, self._heard = self._heard, []
         parts = [self._tracked(running, each) for each in heard]
-        rows = tuple(table for part in parts for table in part.rows)
+        rows = (*rows, *(table for part in parts for table in part.rows))
         return Change(self.sequence, rows, tuple(s for part in parts for s in part.scans))
 
     def _close(self, payload: bytes) -> Change:

@@ -49,6 +49,23 @@ class Spec:
     regions: tuple[Region, ...] | None = None
     margin: float = 0.0
 
+    def unchanged(self, before: "Spec") -> set[str]:
+        """Return the sensors whose reports become scans as by an earlier configuration.
+
+        Parameters
+        ----------
+        before
+            The earlier one.
+
+        Returns
+        -------
+        Their names; none where the plane is another.
+        """
+        if (self.dim, self.frame) != (before.dim, before.frame):
+            return set()
+        own, others = self.configuration["sensors"], before.configuration["sensors"]
+        return {name for name, told in own.items() if others.get(name) == told}
+
     def payload(self) -> bytes:
         """Return the record's content."""
         frame = self.frame
