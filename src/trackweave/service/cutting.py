@@ -343,13 +343,11 @@ class Cutter:
     def follow(self, before: "Cutter", unchanged: Collection[str]) -> None:
         """Go on with what another has taken in and not handed on, some sensors as they are."""
         for name in self.sensors.keys() & before.sensors.keys():
-            cut = before.sensors[name]
             if name in unchanged:
-                cut.place = self.sensors[name].place
-                self.sensors[name] = cut
+                before.sensors[name].place = self.sensors[name].place
+                self.sensors[name] = before.sensors[name]
             else:
-                cut.until = np.inf
-                before._gather(cut)
+                before.close(np.inf, (name,))
         for time, _, _, scan in sorted(before.waiting, key=lambda each: each[:3]):
             if scan.sensor in self.sensors:
                 self.serial += 1
