@@ -111,3 +111,15 @@ def test_no_rows_are_no_file(tmp_path: Path) -> None:
     files = TrackFiles(tmp_path)
     files.add((TrackTable.empty(2),), Spec({}, dim=2))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_part_that_somebody_took_away_is_followed_by_the_next(tmp_path: Path) -> None:
+    spec, files = Spec({}, dim=2), TrackFiles(tmp_path)
+    files.add((tracks_at(0.0),), spec)
+    (tmp_path / "tracks-00001.csv").unlink()
+    files.add((tracks_at(1.0),), spec)
+    assert [path.name for path in tmp_path.iterdir()] == ["tracks-00002.csv"]
+    lines = (tmp_path / "tracks-00002.csv").read_text().splitlines()
+    assert len(lines) == 4
+    assert lines[0].startswith("time,")
+    assert not files.is_behind

@@ -91,7 +91,9 @@ class TrackFiles:
     def _write(self, frame: pl.DataFrame) -> None:
         missing = [name for name in self._columns if name not in frame.columns]
         is_wider = any(name not in self._columns for name in frame.columns)
-        begins = self.part == 0 or self.n_rows >= self._most or is_wider
+        # Somebody may have taken the part away.
+        is_gone = self.size > 0 and not self._path().exists()
+        begins = self.part == 0 or self.n_rows >= self._most or is_wider or is_gone
         if begins:
             self.part, self.n_rows, self.size = self.part + 1, 0, 0
             self._columns = tuple(frame.columns)
