@@ -174,7 +174,8 @@ def test_another_configuration_keeps_the_tracks() -> None:
         engine.take(engine.sequence + 1, kind, payload)
     known = engine.tracks()
     confirmed = set(known.track[known.status > 0].tolist())
-    for kind, payload in [(Kind.CONFIGURE, other), *given[half : half + 3]]:
+    # Twice before the next scan.
+    for kind, payload in [(Kind.CONFIGURE, other)] * 2 + given[half : half + 3]:
         engine.take(engine.sequence + 1, kind, payload)
     now = engine.tracks()
     assert len(confirmed) > 4

@@ -191,7 +191,7 @@ class MultiHypothesisTracker(ScanByScan):
     def tracks(self) -> TrackTable:
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
         if self._tree is None:
-            return TrackTable.empty(self._dim or 2)
+            return TrackTable.empty(self._dim or 2) if self._priors is None else self._priors
         return live_rows(
             self._tree, self._inactive, self._open.last_time, by_belief=self._beliefs is not None
         )

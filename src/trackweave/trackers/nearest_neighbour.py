@@ -187,7 +187,8 @@ class NearestNeighbourTracker(ScanByScan):
 
     def tracks(self) -> TrackTable:
         """Return the live tracks after the last scan, tentative ones too, by identifier."""
-        return TrackTable.empty(self._dim or 2) if self._rows is None else self._rows
+        known = self._priors if self._rows is None else self._rows
+        return TrackTable.empty(self._dim or 2) if known is None else known
 
     def step(
         self,
