@@ -11,6 +11,7 @@ import polars as pl
 import pytest
 
 from trackweave.domain.frames import LocalFrame
+from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import chosen
 from trackweave.service import publish
 from trackweave.service.board import Drawn
@@ -133,3 +134,9 @@ def test_whom_reports_told_of_says_what_a_thing_is() -> None:
     (text, *more) = publisher._written(rows, FRAME)
     kinds = [ET.fromstring(line).get("type") for line in b"".join([text, *more]).splitlines()]
     assert kinds == ["a-u-S", "a-u-G"]
+
+
+@pytest.mark.parametrize("name", ["ctc", "geff", "kitti", "mot", "parquet", "trackmate"])
+def test_formats_of_whole_recordings_are_refused(name: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"format {name} is of whole recordings"):
+        target_of(f"udp://127.0.0.1:4242?format={name}")

@@ -22,6 +22,8 @@ EVERY = 1.0
 """Seconds between two sendings."""
 MOST_WAITING = 1 << 20
 """Bytes that wait for a receiver who does not read; beyond, what is newer is dropped."""
+OF_FILES = frozenset({"ctc", "geff", "kitti", "mot", "parquet", "trackmate"})
+"""Formats that say nothing piece by piece."""
 LARGEST = 60_000
 """Longest datagram [bytes]."""
 LONGEST_PAUSE = 30.0
@@ -65,7 +67,13 @@ def target_of(url: str) -> Target:
         raise InvalidInputError(
             f"--publish {url!r:.100}: expected udp://HOST:PORT?format=… or tcp://HOST:PORT?format=…"
         )
-    return Target(url, parts.scheme, host, port, format_named(query["format"], writes=True))
+    form = format_named(query["format"], writes=True)
+    if form.name in OF_FILES:
+        raise InvalidInputError(
+            f"--publish {url!r:.100}: format {form.name} is of whole recordings or of several "
+            "files; expected one of messages, such as asterix-062, cot, geojson, jsonl or readsb"
+        )
+    return Target(url, parts.scheme, host, port, form)
 
 
 class Publisher:
