@@ -8,9 +8,10 @@ import numpy as np
 from scipy.stats import chi2, norm
 
 from oracles import motion, sensing
+from oracles.coverage import RANGING, blur_of, share
 from oracles.levels import height_cost
 from oracles.naming import is_own, naming, taken
-from oracles.sequences import Hiding, share
+from oracles.sequences import Hiding
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan
 from trackweave.filters import _states
@@ -19,8 +20,6 @@ from trackweave.models.sensors import Sensor
 
 GATE = 0.9997
 MOST_EVIDENCE = 8.0
-
-RANGING = range(Kind.RANGE_AZIMUTH.value, Kind.RANGE_AZIMUTH_ELEVATION_RATE.value + 1)
 
 
 @dataclass
@@ -34,22 +33,11 @@ class View:
     reference: float | None = None
     separation: float = 0.0
     hiding: Hiding = field(default_factory=Hiding)
+    blur = blur_of
 
     @property
     def sees_everything(self):
         return self.sensor.field_of_view is None
-
-    def blur(self, dim):
-        """Return how far reports lie beside their objects: across [rad], and along [m]."""
-        rows = range(len(self.scan))
-        own = [self.sigma(row, dim) ** 2 for row in rows] or [self.sensor.sigmas(dim) ** 2]
-        if self.scan.covariance is not None and len(self.scan):
-            own = [np.diag(each) for each in self.scan.covariance]
-        sigma = np.sqrt(np.mean(own, axis=0))
-        kind = self.sensor.measurement
-        if kind is Kind.POSITION:
-            return 0.0, sigma[:2].max()
-        return (sigma[1], sigma[0]) if kind.value in RANGING else (sigma[0], 0.0)
 
     def moment(self, index):
         return self.scan.time if self.scan.moments is None else self.scan.moments[index]

@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 from scipy.optimize import least_squares
 
-from oracles.sequences import share
+from oracles.coverage import share
 
 
 @dataclass

@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
-from scipy.stats import norm
 
 from oracles import kalman
+from oracles.coverage import share
 from oracles.rhythms import Hearing
 from trackweave.models.sensors import Sensor
 
@@ -84,44 +84,6 @@ class Scored:
     total: float
     mean: np.ndarray = field(repr=False)
     covariance: np.ndarray = field(repr=False)
-
-
-def share(look, mean, covariance):
-    """Return how probable it is that what a scan reports of a place lies in its view."""
-    if look.sees_everything:
-        return 1.0
-    view = look.sensor.field_of_view
-    assert view.polygon is None
-    angle, length = look.blur(len(mean) // 2)
-    away = mean[:2] - np.array(view.position)
-    distance = np.hypot(*away)
-    along = away / distance
-    across = np.array([along[1], -along[0]])
-    spread = covariance[:2, :2] + length**2 * np.eye(2)
-    far = norm(distance, math.sqrt(along @ spread @ along))
-    start, end = np.radians(view.azimuth_deg)
-    width = 2 * math.pi if end - start >= 2 * math.pi - 1e-9 else (end - start) % (2 * math.pi)
-    turn = math.remainder(math.atan2(*away) - start - width / 2, 2 * math.pi)
-    side = math.hypot(math.sqrt(across @ spread @ across), angle * distance)
-    if side > distance:
-        swept = width / (2 * math.pi)
-    else:
-        # Whole turns on it is seen as well.
-        around = [norm(turn + 2 * math.pi * k, side / distance) for k in (-1, 0, 1)]
-        swept = sum(bounded(each, -width / 2, width / 2) for each in around)
-    if width > 2 * math.pi - 1e-9:
-        swept = 1.0
-    return bounded(far, view.min_range or -math.inf, view.max_range) * swept
-
-
-def bounded(normal, low, high):
-    """Return how probably a number lies between two; four deviations from an edge it is sure."""
-    mean, sigma = normal.mean(), 4 * normal.std()
-    if mean < low - sigma or mean > high + sigma:
-        return 0.0
-    if low + sigma < mean < high - sigma:
-        return 1.0
-    return normal.cdf(high) - normal.cdf(low)
 
 
 def score(looks, choice, rules, known=None):
