@@ -80,20 +80,20 @@ def test_the_share_across_an_edge_is_the_true_one_of_what_is_reported(seed, widt
     azimuth = rng.uniform(0, 360)
     start = azimuth + rng.normal()
     view = FieldOfView(max_range=1000.0, azimuth_deg=(start, start + width))
-    blur = np.array([np.radians(rng.uniform(0.0, 2.0)), rng.uniform(0.0, 20.0)])
+    blur = np.array([np.radians(rng.uniform(0.0, 2.0)), *rng.uniform(0.0, 20.0, 2)])
     coverage = view.coverage()._replace(blur=blur)
     mean = np.array(place(1000.0 + rng.normal() * 30.0, azimuth))
     samples = rng.multivariate_normal(mean, root @ root.T, size=20_000)
     far = np.hypot(*samples.T) + rng.normal(0.0, blur[1], 20_000)
     turn = np.degrees(np.arctan2(*samples.T) + rng.normal(0.0, blur[0], 20_000))
-    turn += np.degrees(rng.normal(0.0, blur[1], 20_000) / np.hypot(*mean))
+    turn += np.degrees(rng.normal(0.0, blur[2], 20_000) / np.hypot(*mean))
     true = np.mean((far <= 1000.0) & ((turn - start) % 360.0 <= width))
     # Range and azimuth are taken as independent, which at a corner they need not be.
     assert covered_share(mean, root @ root.T, coverage) == pytest.approx(true, abs=0.2)
 
 
 def test_sectors_beside_one_another_share_an_object_at_their_border():
-    blur = np.array([np.radians(0.15), 15.0])
+    blur = np.array([np.radians(0.15), 15.0, 0.0])
     parts = [
         FieldOfView(azimuth_deg=(start, start + 45)).coverage()._replace(blur=blur)
         for start in (45, 90)

@@ -16,17 +16,17 @@ def share(look, mean, covariance):
         return 1.0
     view = look.sensor.field_of_view
     assert view.polygon is None
-    angle, length = look.blur(len(mean) // 2)
+    angle, length, beside = look.blur(len(mean) // 2)
     away = mean[:2] - np.array(view.position)
     distance = np.hypot(*away)
     along = away / distance
     across = np.array([along[1], -along[0]])
-    spread = covariance[:2, :2] + length**2 * np.eye(2)
-    far = norm(distance, math.sqrt(along @ spread @ along))
+    spread = covariance[:2, :2]
+    far = norm(distance, math.sqrt(along @ spread @ along + length**2))
     start, end = np.radians(view.azimuth_deg)
     width = 2 * math.pi if end - start >= 2 * math.pi - 1e-9 else (end - start) % (2 * math.pi)
     turn = math.remainder(math.atan2(*away) - start - width / 2, 2 * math.pi)
-    side = math.hypot(math.sqrt(across @ spread @ across), angle * distance)
+    side = math.sqrt(across @ spread @ across + (angle * distance) ** 2 + beside**2)
     if side > distance:
         swept = width / (2 * math.pi)
     else:
@@ -49,12 +49,14 @@ def bounded(normal, low, high):
 
 
 def blur_of(view, dim):
-    """Return how far reports lie beside their objects: across [rad], and along or any way [m]."""
+    """Return how far reports lie beside their objects, as a `Coverage` has it."""
     scan, sensor = view.scan, view.sensor
     own = [view.sigma(row, dim) ** 2 for row in range(len(scan))] or [sensor.sigmas(dim) ** 2]
     if scan.covariance is not None and len(scan):
         own = [np.diag(each) for each in scan.covariance]
     sigma = np.sqrt(np.mean(own, axis=0))
     if sensor.measurement is Kind.POSITION:
-        return 0.0, sigma[:2].max()
-    return (sigma[1], sigma[0]) if sensor.measurement.value in RANGING else (sigma[0], 0.0)
+        return 0.0, sigma[:2].max(), sigma[:2].max()
+    if sensor.measurement.value in RANGING:
+        return sigma[1], sigma[0], 0.0
+    return sigma[0], 0.0, 0.0

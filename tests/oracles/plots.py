@@ -202,7 +202,7 @@ def share_covered(view, at, information):
     if view is None:
         return 1.0
     sensor = SimpleNamespace(field_of_view=view)
-    look = SimpleNamespace(sees_everything=False, sensor=sensor, blur=lambda _: (0.0, 0.0))
+    look = SimpleNamespace(sees_everything=False, sensor=sensor, blur=lambda _: (0.0, 0.0, 0.0))
     return share(look, at[:2], np.linalg.inv(information)[:2, :2])
 
 

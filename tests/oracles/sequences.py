@@ -44,10 +44,11 @@ class Look:
         return self.sensor.field_of_view is None
 
     def blur(self, dim):
-        """Return how far reports lie beside their objects: across [rad], and any way [m]."""
+        """Return how far reports lie beside their objects: across [rad], along and across [m]."""
         none = self.sensor.sigmas(dim)[None]
         sigmas = self.sigmas if len(self.positions) else none
-        return 0.0, np.sqrt(np.mean(sigmas**2, axis=0))[:2].max()
+        widest = np.sqrt(np.mean(sigmas**2, axis=0))[:2].max()
+        return 0.0, widest, widest
 
 
 @dataclass

@@ -45,7 +45,7 @@ def unseen_price(
         elif views.is_bounded[other]:
             corners = views.corner[views.first_corner[other] : views.first_corner[other + 1]]
             coverage = Coverage(
-                False, views.position[other], views.bounds[other], corners, np.zeros(2)
+                False, views.position[other], views.bounds[other], corners, np.zeros(3)
             )
             share = covered_share(mean, covariance, coverage)
             price -= math.log1p(-views.detection[other] * share)

@@ -10,7 +10,10 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.scans import Scan
 from trackweave.models.foreign_motion import AnyMotion
 
-__all__ = ["Said", "said_by_foreign"]
+__all__ = ["Said", "blur_of_foreign", "said_by_foreign"]
+
+FAR = 1e4
+"""Ahead of a sensor, a place at which its reports may be [m]."""
 
 
 class Said(NamedTuple):
@@ -44,6 +47,29 @@ def said_by_foreign(
         place, spread = platform[:, :dim].copy(), np.zeros((count, dim, dim))
         log_begin = np.zeros(count)
     return Said(is_located, place, spread, reported.covariance, log_begin, foreign)
+
+
+def blur_of_foreign(
+    kind: ForeignKind, noise: FloatArray, platform: FloatArray, dim: int
+) -> FloatArray:
+    """Return how far reports lie beside their objects, as `Coverage` has it; 0 if unknown."""
+    # ``noise`` is the covariance of a report's numbers. What it comes to on the plane is told by
+    # two places ahead, one twice as far: what is across grows with the distance, or not.
+    if not kind.gives_position(dim):
+        return np.zeros(3)
+    width = noise.shape[0]
+    mean = np.zeros((2, 2 * dim))
+    mean[:, :2] = platform[:2] + FAR * np.array([[1.0, 0.0], [2.0, 0.0]])
+    sigma = np.tile(np.sqrt(np.diagonal(noise)), (2, 1))
+    reported = kind.reported(np.zeros((2, width)), sigma, np.full((2, len(kind.context)), np.nan))
+    _, slope = kind.expect(mean, np.tile(platform, (2, 1)), reported)
+    told = slope[:, :, :2].swapaxes(1, 2) @ np.linalg.inv(noise) @ slope[:, :, :2]
+    if not np.isfinite(told).all() or np.linalg.det(told).min() <= 0.0:
+        return np.zeros(3)
+    spread = np.linalg.inv(told)
+    near, far = spread[:, 1, 1]
+    angle = max((far - near) / (3.0 * FAR**2), 0.0)
+    return np.sqrt([angle, spread[0, 0, 0], max(near - angle * FAR**2, 0.0)])
 
 
 def _log_begin(

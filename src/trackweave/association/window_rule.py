@@ -18,7 +18,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.association._nodes import ScanInput, WindowRule
-from trackweave.association.foreign_begin import Said, said_by_foreign
+from trackweave.association.foreign_begin import Said, blur_of_foreign, said_by_foreign
 from trackweave.chi_squared import quantile_of
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
@@ -117,7 +117,7 @@ def scan_input(
     start = _start(scan, context.start)
     coverage = coverage_of(sensor, scan, start)
     if not coverage.everywhere:
-        coverage = coverage._replace(blur=_blur(sensor, covariance, dim))
+        coverage = coverage._replace(blur=_blur(sensor, covariance, sensor.platform, dim))
     own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
@@ -251,18 +251,16 @@ def _start(scan: Scan, given: float | None) -> float | None:
     return float(scan.moments.min(initial=scan.time))
 
 
-def _blur(sensor: Sensor, covariance: FloatArray, dim: int) -> FloatArray:
-    """Return how far reports lie beside their objects: across [rad], and along or any way [m]."""
+def _blur(sensor: Sensor, covariance: FloatArray, platform: FloatArray, dim: int) -> FloatArray:
+    """Return how far reports lie beside their objects, as `Coverage` has it."""
     kind = sensor.measurement
+    noise = covariance.mean(axis=0) if len(covariance) else np.diag(sensor.sigmas(dim) ** 2)
     if isinstance(kind, ForeignKind):
-        return np.zeros(2)
-    if len(covariance):
-        sigma = np.sqrt(np.einsum("kii->ki", covariance).mean(axis=0))
-    else:
-        sigma = sensor.sigmas(dim)
+        return blur_of_foreign(kind, noise, platform, dim)
+    sigma = np.sqrt(np.diagonal(noise))
     if kind.is_position:
-        return np.array([0.0, np.max(sigma[:2])])
-    return np.array([sigma[1], sigma[0]]) if kind.has_range else np.array([sigma[0], 0.0])
+        return np.array([0.0, np.max(sigma[:2]), np.max(sigma[:2])])
+    return np.array([sigma[1], sigma[0], 0.0] if kind.has_range else [sigma[0], 0.0, 0.0])
 
 
 def coverage_of(sensor: Sensor, scan: Scan, start: float | None) -> Coverage:
@@ -290,7 +288,7 @@ def swept(coverage: Coverage, position: FloatArray, sector: tuple[float, float])
     if coverage.everywhere:
         bounds = np.array([0.0, np.inf, first, width])
         centre = np.asarray(position, dtype=float).copy()
-        return Coverage(False, centre, bounds, np.empty((0, 2)), np.zeros(2))
+        return Coverage(False, centre, bounds, np.empty((0, 2)), np.zeros(3))
     own_first, own_width = coverage.bounds[2], coverage.bounds[3]
     ahead = (first - own_first) % (2 * np.pi)
     behind = (own_first - first) % (2 * np.pi)

@@ -57,9 +57,9 @@ def covered_share(mean: FloatArray, covariance: FloatArray, coverage: Coverage) 
     xx, xy, yy = covariance[0, 0], covariance[0, 1], covariance[1, 1]
     along = east * east * xx + 2.0 * east * north * xy + north * north * yy
     across = north * north * xx - 2.0 * east * north * xy + east * east * yy
-    angle, length = coverage.blur[0], coverage.blur[1]
+    angle, length, beside = coverage.blur
     along = math.sqrt(max(along, 0.0) + length * length)
-    across = math.sqrt(max(across, 0.0) + length * length + (angle * distance) ** 2)
+    across = math.sqrt(max(across, 0.0) + beside * beside + (angle * distance) ** 2)
     low, high, first, width = coverage.bounds
     share = 1.0
     if low > 0.0 or high < math.inf:

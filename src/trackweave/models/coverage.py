@@ -19,8 +19,8 @@ class Coverage(NamedTuple):
 
     ``bounds`` holds min range, max range [m], azimuth at which the sector starts and its width
     [rad, clockwise from north]; an empty ``polygon`` is none. ``blur`` holds how far reports lie
-    beside their objects across the line of sight [rad] and along it or any way [m]: edges are of
-    what is reported. ``everywhere`` short-cuts all.
+    beside their objects, as standard deviations: across the line of sight [rad], along it [m], and
+    across it besides [m]; edges are of what is reported. ``everywhere`` short-cuts all.
     """
 
     everywhere: bool
@@ -97,13 +97,13 @@ class FieldOfView:
                 [self.min_range, self.max_range, np.radians(start), np.radians(width or 360.0)]
             ),
             polygon=np.ascontiguousarray(polygon),
-            blur=np.zeros(2),
+            blur=np.zeros(3),
         )
 
 
 def everywhere() -> Coverage:
     """Return the coverage of a sensor that sees the whole plane."""
-    return Coverage(True, np.zeros(2), np.zeros(4), np.empty((0, 2)), np.zeros(2))
+    return Coverage(True, np.zeros(2), np.zeros(4), np.empty((0, 2)), np.zeros(3))
 
 
 def hiding(share: float, mean_silence: float, waited: float) -> tuple[float, float]:
