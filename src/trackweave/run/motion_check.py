@@ -119,8 +119,11 @@ class MotionDoubts:
             return self._settle(is_used=is_mended or _n_tracks(track) <= FEWER * self._pieces)
         self._due = 2 * n_assigned
         self._is_told = settings.sources.get(KEY) == "file"
-        chance = poisson_reaches(found.number, max(found.chance, LEAST_CHANCE))
-        if found.number == 0 or chance > (BY_CHANCE if self._is_told else CHANCE_OF_LEARNED):
+        most = BY_CHANCE if self._is_told else CHANCE_OF_LEARNED
+        if (
+            found.number == 0
+            or poisson_reaches(found.number, max(found.chance, LEAST_CHANCE)) > most
+        ):
             return False
         is_too_little = found.process >= max(TIMES * process, LEAST)
         if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
