@@ -114,6 +114,14 @@ def test_points_may_be_proposed_and_a_search_goes_on_where_it_was(
     assert 0 < len(runs) < n_runs
 
 
+def test_every_value_that_may_be_proposed_is_checked_before_anything_runs(runs: list) -> None:
+    pytest.importorskip("optuna")
+    given = changed("configurations.window.sweep", {"window": {"depth": [*range(1, 60), 999]}})
+    with pytest.raises(InvalidInputError, match=r"window.depth: 999"):
+        tuned(runs, given, sampler="tpe", candidates=5)
+    assert runs == []
+
+
 def test_a_candidate_that_fails_is_behind_all_others(
     runs: list, monkeypatch: pytest.MonkeyPatch
 ) -> None:

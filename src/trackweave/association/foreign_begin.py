@@ -54,14 +54,14 @@ def blur_of_foreign(
 ) -> FloatArray:
     """Return how far reports lie beside their objects, as `Coverage` has it; 0 if unknown."""
     # ``noise`` is the covariance of a report's numbers. What it comes to on the plane is told by
-    # two places ahead, one twice as far: what is across grows with the distance, or not.
-    if not kind.gives_position(dim):
+    # two places ahead, one twice as far: what is across grows with the distance, or not. Nobody
+    # knows what a report would say beside its numbers.
+    if kind.context or not kind.gives_position(dim):
         return np.zeros(3)
-    width = noise.shape[0]
     mean = np.zeros((2, 2 * dim))
     mean[:, :2] = platform[:2] + FAR * np.array([[1.0, 0.0], [2.0, 0.0]])
-    sigma = np.tile(np.sqrt(np.diagonal(noise)), (2, 1))
-    reported = kind.reported(np.zeros((2, width)), sigma, np.full((2, len(kind.context)), np.nan))
+    sigma, both = np.tile(np.sqrt(np.diagonal(noise)), (2, 1)), np.tile(noise, (2, 1, 1))
+    reported = kind.reported(np.zeros_like(sigma), sigma, np.empty((2, 0)), both)
     _, slope = kind.expect(mean, np.tile(platform, (2, 1)), reported)
     told = slope[:, :, :2].swapaxes(1, 2) @ np.linalg.inv(noise) @ slope[:, :, :2]
     if not np.isfinite(told).all() or np.linalg.det(told).min() <= 0.0:

@@ -117,7 +117,7 @@ def scan_input(
     start = _start(scan, context.start)
     coverage = coverage_of(sensor, scan, start)
     if not coverage.everywhere:
-        coverage = coverage._replace(blur=_blur(sensor, covariance, sensor.platform, dim))
+        coverage = coverage._replace(blur=_blur(sensor, covariance, dim))
     own = np.full(count, -1, dtype=np.int64) if scan.identity is None else scan.identity
     evidence = np.zeros(count)
     if sensor.strength is not None and scan.strength is not None:
@@ -251,12 +251,12 @@ def _start(scan: Scan, given: float | None) -> float | None:
     return float(scan.moments.min(initial=scan.time))
 
 
-def _blur(sensor: Sensor, covariance: FloatArray, platform: FloatArray, dim: int) -> FloatArray:
+def _blur(sensor: Sensor, covariance: FloatArray, dim: int) -> FloatArray:
     """Return how far reports lie beside their objects, as `Coverage` has it."""
     kind = sensor.measurement
     noise = covariance.mean(axis=0) if len(covariance) else np.diag(sensor.sigmas(dim) ** 2)
     if isinstance(kind, ForeignKind):
-        return blur_of_foreign(kind, noise, platform, dim)
+        return blur_of_foreign(kind, noise, sensor.platform, dim)
     sigma = np.sqrt(np.diagonal(noise))
     if kind.is_position:
         return np.array([0.0, np.max(sigma[:2]), np.max(sigma[:2])])

@@ -36,6 +36,12 @@ class Sweep:
     def __len__(self) -> int:
         return math.prod(len(values) for values in self.keys.values())
 
+    def values(self) -> Iterator[Point]:
+        """Yield each value once, beside the first of all other keys."""
+        first = {key: values[0] for key, values in self.keys.items()}
+        for key, values in self.keys.items():
+            yield from ({**first, key: value} for value in values)
+
     def points(self) -> Iterator[Point]:
         """Yield each combination of values, the last key's the fastest."""
         for values in product(*self.keys.values()):

@@ -223,6 +223,9 @@ def _search(study: StudyPlan) -> _Search:
         study, configurations={name: replace(whole, sweep=replace(whole.sweep, keys={}))}
     )
     draws = list(cases_of(alone))
+    if tuning.sampler != "random":
+        # What is proposed on the way has to be a configuration as well.
+        jobs_of(study, [replace(draws[0], point=point) for point in whole.sweep.values()])
     # Any first few of them are of all scenarios.
     order = rng.permutation(len(draws))
     sampled = proposals(tuning.sampler, whole.sweep, tuning.candidates, rng)

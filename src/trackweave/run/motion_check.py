@@ -22,7 +22,7 @@ KEY, MODEL = "motion.process_noise", "motion.model"
 LINKS = 800
 # So many breaks, where chance hardly makes as many, are put to the trial. It must bring a process
 # noise so many times larger, which mends so many, leaves half of them at most, and no more tracks;
-# or so many times fewer tracks, be they as short as they may.
+# or, of one that was learned, so many times fewer tracks, be they as short as they may.
 # What leads from an end to a beginning is that many standard deviations of a manoeuvre's noise.
 FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
 # … and of tracks, where it was learned, in which chance may make as many rather: a second model
@@ -116,13 +116,14 @@ class MotionDoubts:
             most = min(self._broken.number - FEWEST_BREAKS, LEFT * self._broken.number)
             is_mended = found.number <= most and len(case.groups) <= self._tracks
             # Where tracks broke into pieces too short to show it, there are far fewer of them.
-            return self._settle(is_used=is_mended or _n_tracks(track) <= FEWER * self._pieces)
+            is_whole = not self._is_told and _n_tracks(track) <= FEWER * self._pieces
+            return self._settle(is_used=is_mended or is_whole)
         self._due = 2 * n_assigned
         self._is_told = settings.sources.get(KEY) == "file"
-        most = BY_CHANCE if self._is_told else CHANCE_OF_LEARNED
+        seldom = BY_CHANCE if self._is_told else CHANCE_OF_LEARNED
         if (
             found.number == 0
-            or poisson_reaches(found.number, max(found.chance, LEAST_CHANCE)) > most
+            or poisson_reaches(found.number, max(found.chance, LEAST_CHANCE)) > seldom
         ):
             return False
         is_too_little = found.process >= max(TIMES * process, LEAST)

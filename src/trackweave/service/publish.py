@@ -22,8 +22,8 @@ EVERY = 1.0
 """Seconds between two sendings."""
 MOST_WAITING = 1 << 20
 """Bytes that wait for a receiver who does not read; beyond, what is newer is dropped."""
-OF_FILES = frozenset({"ctc", "geff", "kitti", "mot", "parquet", "trackmate"})
-"""Formats that say nothing piece by piece."""
+NO_MESSAGES = frozenset({"ctc", "geff", "kitti", "mot"})
+"""Formats of several files, or of frames and boxes, which tracks that change have none of."""
 LARGEST = 60_000
 """Longest datagram [bytes]."""
 LONGEST_PAUSE = 30.0
@@ -68,10 +68,10 @@ def target_of(url: str) -> Target:
             f"--publish {url!r:.100}: expected udp://HOST:PORT?format=… or tcp://HOST:PORT?format=…"
         )
     form = format_named(query["format"], writes=True)
-    if form.name in OF_FILES:
+    if form.name in NO_MESSAGES:
         raise InvalidInputError(
-            f"--publish {url!r:.100}: format {form.name} is of whole recordings or of several "
-            "files; expected one of messages, such as asterix-062, cot, geojson, jsonl or readsb"
+            f"--publish {url!r:.100}: format {form.name} is of several files or of "
+            "boxes; expected one of messages, such as asterix-062, cot, geojson, jsonl or readsb"
         )
     return Target(url, parts.scheme, host, port, form)
 

@@ -149,11 +149,13 @@ async def _serve(plan: Plan, told: Callable[[str], None]) -> None:
 
 def _require_own(folder: Path) -> None:
     """Refuse a folder that holds something else than a service."""
-    # A journal that cannot be read is for who opens it to tell.
-    if not folder.is_dir() or (folder / "journal").exists():
-        return
-    others = sorted(path.name for path in folder.iterdir())
-    if others:
+    try:
+        there = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
+    except OSError as err:
+        raise OutputError(f"{folder}: cannot be read ({err.strerror or err})") from err
+    # Disks of their own come with a folder for what was lost.
+    others = sorted(there - {"lost+found"})
+    if others and "journal" not in others:
         raise OutputError(
             f"{folder}: it holds {', '.join(others[:3])} and no journal; expected a new or empty "
             "folder for --data, or that of an earlier service"

@@ -189,7 +189,7 @@ class MultiHypothesisTracker(ScanByScan):
         return clusters_of(held, self._report_index)
 
     def tracks(self) -> TrackTable:
-        """Return the live tracks after the last scan, tentative ones too, by identifier."""
+        """Return the live tracks after the last scan, tentative too; before any, the priors."""
         if self._tree is None:
             return TrackTable.empty(self._dim or 2) if self._priors is None else self._priors
         return live_rows(

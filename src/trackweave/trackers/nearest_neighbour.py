@@ -186,7 +186,7 @@ class NearestNeighbourTracker(ScanByScan):
         return nothing_final()
 
     def tracks(self) -> TrackTable:
-        """Return the live tracks after the last scan, tentative ones too, by identifier."""
+        """Return the live tracks after the last scan, tentative too; before any, the priors."""
         known = self._priors if self._rows is None else self._rows
         return TrackTable.empty(self._dim or 2) if known is None else known
 
