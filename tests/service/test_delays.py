@@ -3,14 +3,19 @@
 import asyncio
 from pathlib import Path
 
+import numpy as np
 import polars as pl
 import pytest
 
 from trackweave.config import load_configuration
 from trackweave.domain.facts import Facts
+from trackweave.errors import InvalidInputError
 from trackweave.service import clerk as clerks
+from trackweave.service import delays as delaying
 from trackweave.service.clerk import Clerk
 from trackweave.service.delays import Delays, Standstill
+from trackweave.service.desk import Rows
+from trackweave.service.inputs.outbox import told_times
 from trackweave.service.office import Office
 from trackweave.service.records import Kind, packed_reports
 from trackweave.service.spec import Spec
@@ -119,6 +124,35 @@ def test_the_clock_stands_while_too_much_waits_for_the_tracker(
     stood, waits, went_on = asyncio.run(handed())
     assert (stood, waits) == (0.0, True)
     assert went_on == pytest.approx(1e6 - 1e3)
+
+
+def test_names_of_sensors_have_an_end(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(delaying, "MOST_SENSORS", 2)
+    first = pl.DataFrame(
+        {"time": [1.0, 1.0], "sensor": ["a", "b"], "x": [1.0] * 2, "y": [2.0] * 2}
+    )
+    other = first.with_columns(sensor=pl.Series(["b", "c"]))
+
+    async def told() -> tuple[list[str], int, int]:
+        clerk = Clerk(Office.open(tmp_path), lambda: load_configuration({}))
+        messages = []
+        journal = clerk._office.journal
+        try:
+            for table in (first, other, first):
+                await clerk._handed(packed_reports(table, "udp", Facts()), 2, told_times(table))
+            taken = journal.last
+            try:
+                await clerk.accept(Rows(other, np.arange(2), "http", Facts()))
+            except InvalidInputError as err:
+                messages.append(str(err))
+            return messages, taken, journal.last
+        finally:
+            await clerk.close()
+
+    messages, taken, last = asyncio.run(told())
+    assert messages == ["column sensor: 3 sensors in all; expected at most 2"]
+    # Two of reports and one that says how many were dropped; the refused ones are nowhere.
+    assert taken == last == 3
 
 
 def test_the_clock_does_not_go_on_for_a_service_that_gets_no_core() -> None:

@@ -13,7 +13,7 @@ from functools import partial
 from typing import Any
 
 from trackweave.config import Configuration, load_configuration
-from trackweave.errors import OutputError, TrackweaveError
+from trackweave.errors import InvalidInputError, OutputError, TrackweaveError
 from trackweave.service.board import Board
 from trackweave.service.delays import Standstill
 from trackweave.service.desk import (
@@ -104,7 +104,6 @@ class Clerk:
         self._is_reconfiguring = False
         self._configured_by = 0
         self._tasks: list[asyncio.Task[None]] = []
-        self._dropped: dict[str, int] = {}
 
     # What is asked over the desk.
 
@@ -119,9 +118,12 @@ class Clerk:
         if table.is_empty():
             return Receipt(0, rejected, self._office.journal.synced)
         self._require_room()
+        told = told_times(table)
+        if too_many := self._office.delays.too_many(told):
+            raise InvalidInputError(too_many)
         payload = packed_reports(table, rows.source, rows.facts)
         sequence = self._append(Kind.REPORTS, payload, table.height)
-        self._hear(told_times(table))
+        self._hear(told)
         promise = _Promise(sequence, loop.create_future())
         self._wait.promises.append(promise)
         return Receipt(table.height, rejected, await promise.done)
@@ -208,8 +210,11 @@ class Clerk:
             await asyncio.sleep(TICK / 2)
         self._standstill.end(time.monotonic())
         with suppress(OutputError):
-            self._append(Kind.REPORTS, payload, count)
-            self._hear(told)
+            if too_many := self._office.delays.too_many(told):
+                self._drop(count, too_many)
+            else:
+                self._append(Kind.REPORTS, payload, count)
+                self._hear(told)
 
     def _marked(self, marks: Mapping[str, float]) -> None:
         """Take in that sensors' beams came by somewhere: their sectors before are perhaps over."""
@@ -372,18 +377,13 @@ class Clerk:
                 if bound is not None:
                     self._append(Kind.BOUND, as_json(bound))
                     say(_log, logging.WARNING, "work bound", **bound)
-                self._note_dropped()
+                for each in self._inputs:
+                    if dropped := each.newly_dropped():
+                        self._drop(dropped, each.source.url)
 
-    def _note_dropped(self) -> None:
-        for each in self._inputs:
-            dropped, url = int(each.state["dropped"]), each.source.url
-            before = self._dropped.get(url, 0)
-            # A process that was begun anew counts anew.
-            more = dropped - before if dropped >= before else dropped
-            if more:
-                self._append(Kind.DROP, as_json({"reports": more, "source": url}))
-                say(_log, logging.WARNING, "reports dropped", reports=more, source=url)
-            self._dropped[url] = dropped
+    def _drop(self, reports: int, why: str) -> None:
+        self._append(Kind.DROP, as_json({"reports": reports, "source": why}))
+        say(_log, logging.WARNING, "reports dropped", reports=reports, source=why)
 
     async def _keep_saying(self) -> None:
         while True:

@@ -4,7 +4,7 @@ By the clock, and by what they say of time themselves.
 """
 
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 __all__ = ["Delays", "Standstill"]
@@ -21,6 +21,8 @@ ENOUGH = 20
 """After so many arrivals it is known how far what a sensor saw is behind its own marks."""
 FINEST = 1.0 / 128.0
 """Seconds by which marks are exact."""
+MOST_SENSORS = 2_000
+"""As many as a recording's of which anything is estimated: each new name is a configuration."""
 STRANGE = 60.0
 """What is so far off is of another clock, or wrong [s]."""
 
@@ -86,6 +88,13 @@ class Delays:
             if name in self._marks:
                 behind = self._behind.setdefault(name, deque(maxlen=REMEMBERED))
                 behind.append(self._marks[name] - first)
+
+    def too_many(self, names: Collection[str]) -> str:
+        """Return what is wrong with hearing sensors of these names, "" for nothing."""
+        count = len(self.heard.keys() | set(names))
+        if count <= MOST_SENSORS:
+            return ""
+        return f"column sensor: {count:,} sensors in all; expected at most {MOST_SENSORS:,}"
 
     def mark(self, times: Mapping[str, float]) -> None:
         """Take in when sensors' beams came by somewhere, as they say themselves [s].

@@ -46,6 +46,7 @@ class Input:
             "dropped": 0, "skipped": 0, "clients": 0, "message": "", "listening": False,
         }  # fmt: skip
         self.reports = 0
+        self._dropped = 0
         self.has_ended = False
         self.has_told = asyncio.Event()
         """Set once it listens, or has said why it does not."""
@@ -59,6 +60,12 @@ class Input:
         """Whether nothing that is sent is lost: it listens, or fetches what waits for it."""
         waits = self.source.scheme in ("stdin", "replay") or self.source.connect
         return waits or bool(self.state["listening"])
+
+    def newly_dropped(self) -> int:
+        """Return how many reports were dropped since this was last asked."""
+        before, self._dropped = self._dropped, int(self.state["dropped"])
+        # A process that was begun anew counts anew.
+        return self._dropped - before if self._dropped >= before else self._dropped
 
     async def run(self) -> None:
         """Read what comes until the input ends; a process that dies is begun anew."""
