@@ -21,7 +21,7 @@ def registered(reports, keys):
 
 def used(registration, key):
     sensors = registration.as_record()["sensors"]
-    return {name: own[key]["used"] for name, own in sensors.items()}
+    return {name: own[key]["used"] for name, own in sensors.items() if key in own}
 
 
 @pytest.fixture(scope="module")
@@ -263,3 +263,42 @@ def test_where_nobody_flies_alike_nothing_is_moved():
     reports = pl.concat([one.drop("report"), other.drop("report")]).sort("time")
     found = registered(reports, told(("north", "west")))
     assert found.found is None or not found.is_elsewhere
+
+
+def beside_receiver(*, named, clock=0.0):
+    """The aircraft of a sky as one radar sees them, and as they report each second themselves."""
+    rng, rows = np.random.default_rng(2), []
+    seen = sky(names=("north",)).drop("report")
+    told = seen.filter(pl.col("height_m").is_not_null())
+    for (who,), own in on_plane(told).with_columns(told["target"]).group_by("target"):
+        # They fly straight; through their plots they are known to some ten metres.
+        time = own["time"].to_numpy()
+        ways = [np.polynomial.Polynomial.fit(time, own[axis].to_numpy(), 1) for axis in "xy"]
+        for moment in np.arange(time.min() + rng.uniform(), time.max(), 1.0):
+            x, y = (way(moment) + rng.normal(0.0, 15.0) for way in ways)
+            name = f"A{who}" if named else None
+            rows.append((moment, x, y, name, "adsb", who, None))
+    names = ["time", "x", "y", "identity", "sensor", "target", "height_m"]
+    heard = pl.DataFrame(rows, names, orient="row", infer_schema_length=None)
+    heard = heard.with_columns(pl.col("height_m").cast(pl.Float64))
+    seen = off(seen, "north", 120.0, 0.3, clock)
+    return pl.concat([seen, heard], how="diagonal").sort("time")
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_radar_is_registered_beside_what_objects_report_of_themselves(named):
+    found = registered(beside_receiver(named=named, clock=0.6), told(("north",)))
+    assert used(found, "range_bias_m")["north"] == pytest.approx(120.0, abs=15.0)
+    assert used(found, "azimuth_bias_deg")["north"] == pytest.approx(0.3, abs=0.02)
+    clocks = used(found, "clock_offset")
+    assert clocks["north"] - clocks["adsb"] == pytest.approx(0.6, abs=0.1)
+    # Who says where it is stands nowhere else, whatever a radar sees.
+    assert found.as_record()["sensors"]["adsb"]["translation"]["used"] == [0.0, 0.0]
+
+
+def test_who_only_hears_registers_nobody():
+    heard = beside_receiver(named=True).filter(pl.col("sensor") == "adsb")
+    other = heard.with_columns(sensor=pl.lit("other"), x=pl.col("x") + 50.0)
+    both = pl.concat([heard, other]).sort("time").drop("range_m", "azimuth_deg")
+    found = registered(both, {})
+    assert found.as_record()["doubt"] == "fewer than two sensors tell places, one of which scans"

@@ -18,7 +18,7 @@ from trackweave.estimation.registration import Registered, registered
 from trackweave.estimation.sightings import AZIMUTH, EAST, N_BIASES, NORTH, RANGE, SCALE
 from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbiased
 from trackweave.run.observing import observe, positions_in
-from trackweave.run.sighting import NO_HEIGHT, sightings_of
+from trackweave.run.sighting import NO_HEIGHT, heard_tracks, sightings_of
 
 __all__ = ["Registration", "may_stand_elsewhere", "registration_of", "unfit"]
 
@@ -186,14 +186,17 @@ def registration_of(
     observed = observe(reports, configuration)
     refused = unfit(reports, configuration, observed)
     known = replace(known, refused=refused)
-    if len(reports.sensors) - len(refused) < 2:
-        return replace(known, doubt="fewer than two sensors scan and tell places")
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
+    alone = [i for i in chosen if not _scans(observed[reports.sensors[i]])]
+    if len(chosen) < 2 or len(alone) == len(chosen):
+        return replace(known, doubt="fewer than two sensors tell places, one of which scans")
     seen = sightings_of(reports, configuration, observed, chosen, flat=flat)
     if isinstance(seen, str):
         return replace(known, doubt=seen)
     places = _places(reports, configuration, refused) if elsewhere else {}
     may = _may_be(reports, configuration, refused, places)
+    # Who reports by itself knows where it is, though maybe not when its reports come.
+    may[np.ix_(alone, OF_POSITION)] = False
     found = registered(seen[0], may, seen[1])
     known = replace(known, found=found, places=places)
     if not found.bias.any():
@@ -222,9 +225,13 @@ def unfit(
             refused[name] = "it moves, or may: its reports say where it was"
         elif kind.has_range and name not in places and seen.needs_place:
             refused[name] = "nobody says where it stands"
-        elif seen.rotation is None and seen.scan_period is None:
-            refused[name] = "it has no scans"
+        elif not _scans(seen) and np.all(heard_tracks(reports, index) < 0):
+            refused[name] = "it has no scans, and nothing tells whose its reports are"
     return refused
+
+
+def _scans(seen: ObservedSensor) -> bool:
+    return seen.rotation is not None or seen.scan_period is not None
 
 
 def _places(

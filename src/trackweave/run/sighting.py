@@ -12,14 +12,15 @@ from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.covering import covered_by
 from trackweave.estimation.frames import frames_of
+from trackweave.estimation.lone import judged
 from trackweave.estimation.motion import reach
 from trackweave.estimation.sightings import N_BIASES, Sightings, tracks_apart
-from trackweave.estimation.tracklets import SensorReports, tracklets_of
+from trackweave.estimation.tracklets import FEWEST_REPORTS, SensorReports, tracklets_of
 from trackweave.run.observing import positions_in
 from trackweave.run.polar_to_cartesian import laid, platforms_of
 from trackweave.run.scans import with_turns
 
-__all__ = ["sightings_of", "tracks_of"]
+__all__ = ["heard_tracks", "sightings_of", "tracks_of"]
 
 # So many reports tell enough, but no less than so many turns of the slowest: where these hold
 # more, those of a part of the plane.
@@ -85,20 +86,27 @@ def tracks_of(
     if scan is None:
         scan = np.unique(reports.time, return_inverse=True)[1].reshape(-1)
     periods = _periods(reports, observed)
+    heard = {index: heard_tracks(reports, index) for index in chosen if np.isnan(periods[index])}
+    looking = [index for index in chosen if index not in heard]
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
-    fastest = configuration.said("motion", "max_speed") or _fastest(positions, chosen)
+    fastest = configuration.said("motion", "max_speed") or _fastest(positions, looking)
     if fastest is None or any(
         _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
         > CROWDED
-        for i in chosen
+        for i in looking
     ):
         return CROWD
+    for index, number in heard.items():
+        periods[index] = _pace(reports.time, number)
+    periods[np.isnan(periods)] = np.nanmin(periods)
     track = np.full(len(reports), -1, dtype=np.int64)
     slowest = float(periods[list(chosen)].max())
     looked_at = np.ones(len(reports), np.bool_) if every else _enough(reports.time, place, slowest)
     rows = [np.flatnonzero((reports.sensor == index) & looked_at) for index in chosen]
     found = [
-        tracklets_of(
+        heard[index][own]
+        if index in heard
+        else tracklets_of(
             SensorReports(
                 reports.time[own], place[own], np.full(own.size, ROUGH * fastest * periods[index]),
                 geometry.height[own], scan[own], periods[index],
@@ -109,6 +117,18 @@ def tracks_of(
     ]  # fmt: skip
     track[np.concatenate(rows)] = tracks_apart(found)
     return replace(geometry, track=track, period=periods), fastest
+
+
+def heard_tracks(reports: ReportTable, index: int) -> IntArray:
+    """Return the track of each report of a sensor that hears objects report, -1 for none."""
+    # All are -1 where it tells no positions, or nothing tells whose its reports are.
+    number = np.full(len(reports), -1, dtype=np.int64)
+    if reports.kind_of(index).is_position:
+        looking, threads, rows = judged(reports, index)
+        if threads.is_whole or looking.scans is False:
+            for count, own in enumerate(threads.lasting(FEWEST_REPORTS)):
+                number[rows[own]] = count
+    return number
 
 
 def _geometry(
@@ -163,13 +183,20 @@ def _enough(time: FloatArray, place: FloatArray, slowest: float) -> NDArray[np.b
 
 
 def _periods(reports: ReportTable, observed: Mapping[str, ObservedSensor]) -> FloatArray:
-    """Return from scan to scan of each sensor [s]; that of the quickest where it has none."""
+    """Return from scan to scan of each sensor [s]; NaN where it has none."""
     found = []
     for name in reports.sensors:
         turn = observed[name].rotation
         found.append(observed[name].scan_period if turn is None else turn.period)
-    known = [period for period in found if period is not None]
-    return np.array([min(known) if period is None else period for period in found])
+    return np.array([np.nan if period is None else period for period in found])
+
+
+def _pace(time: FloatArray, number: IntArray) -> float:
+    """Return from report to report of a track as a median [s]."""
+    order = np.lexsort((time, number))
+    order = order[number[order] >= 0]
+    same = np.diff(number[order]) == 0
+    return float(np.median(np.diff(time[order])[same]))
 
 
 def _fastest(positions: ReportTable, chosen: Sequence[int]) -> float | None:
