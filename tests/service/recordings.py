@@ -32,18 +32,22 @@ def positions(seed: int = 3) -> tuple[pl.DataFrame, dict[str, Any]]:
     return frame, configuration
 
 
-def lone_reports(seed: int = 5) -> tuple[pl.DataFrame, dict[str, Any]]:
+def lone_reports(
+    seed: int = 5, n_ships: int = 5, *, named: bool = False
+) -> tuple[pl.DataFrame, dict[str, Any]]:
     """Return what a receiver hears of ships that report themselves, some of it twice."""
     rng, rows = np.random.default_rng(seed), []
-    for _ in range(5):
+    for ship in range(n_ships):
         time, place, velocity = rng.uniform(0, 8), rng.uniform(-3e3, 3e3, 2), rng.normal(0, 6, 2)
         while time < 300.0:
             x, y = place + velocity * time + rng.normal(0, 5, 2)
-            rows.append((round(time, 3), "ais", x, y))
+            rows.append((round(time, 3), "ais", x, y, f"S{ship}"))
             if rng.random() < 0.05:
-                rows.append((round(time, 3) + 1.0, "ais", x, y))
+                rows.append((round(time, 3) + 1.0, "ais", x, y, f"S{ship}"))
             time += rng.choice([6.0, 10.0])
-    frame = pl.DataFrame(sorted(rows), schema=["time", "sensor", "x", "y"], orient="row")
+    names = ["time", "sensor", "x", "y", "identity"]
+    frame = pl.DataFrame(sorted(rows), schema=names, orient="row")
+    frame = frame if named else frame.drop("identity")
     sensor = {
         "measurement": "position", "sigma": 5.0, "detection_probability": 0.95,
         "clutter_density": 1e-9, "scans": False,
@@ -54,6 +58,27 @@ def lone_reports(seed: int = 5) -> tuple[pl.DataFrame, dict[str, Any]]:
         "lifecycle": {"new_target_density": 1e-8},
         "sensors": {"ais": sensor},
     }
+
+
+def named_reports(seed: int = 8) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return what it hears of more ships that say who they are, but for some."""
+    frame, configuration = lone_reports(seed, n_ships=12, named=True)
+    unnamed = (pl.int_range(pl.len()) % 17 == 3) & pl.col("x").is_unique()
+    return frame.with_columns(
+        identity=pl.when(unnamed).then(None).otherwise(pl.col("identity"))
+    ), configuration
+
+
+def named_beside_radar(seed: int = 9) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return the same beside a radar that turns."""
+    named, told = named_reports(seed)
+    seen, configuration = turning_radar(seed)
+    square = {"polygon": [[-1e5, -1e5], [1e5, -1e5], [1e5, 1e5], [-1e5, 1e5]]}
+    every = {**configuration["sensors"], **told["sensors"]}
+    sensors = {name: {**own, "field_of_view": square} for name, own in every.items()}
+    named = named.filter(pl.col("time") < seen["time"].max())
+    both = pl.concat([seen, named], how="diagonal").sort("time", maintain_order=True)
+    return both, {**configuration, "sensors": sensors}
 
 
 def paused(seed: int = 4) -> tuple[pl.DataFrame, dict[str, Any]]:
@@ -101,5 +126,6 @@ def turning_radar(seed: int = 6, n_aircraft: int = 6) -> tuple[pl.DataFrame, dic
 
 ALL = {
     "positions": positions, "paused": paused, "lone reports": lone_reports,
+    "named reports": named_reports, "named beside a radar": named_beside_radar,
     "turning radar": turning_radar, "paused turns": paused_turns,
 }  # fmt: skip

@@ -19,6 +19,7 @@ from trackweave.io.marking import notes_on_names
 from trackweave.io.tracks_in import read_priors
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
+from trackweave.run.batches import hearing_in
 from trackweave.run.doubles import (
     Doubles,
     doubles_of,
@@ -136,7 +137,7 @@ def course_of(
             inside = tracker_of(settings, sensors, reports.dim, priors=priors)
             tracker = FusedPlotsTracker(fuser, inside, max_ahead=None)
             return Course(tracker, instants, (*notes, *assumed), is_fused=True)
-    scans = complete_scans(reports, periods, rotations)
+    scans = complete_scans(reports, periods, rotations, hearing_in(settings.sensors))
     notes += notes_on_pauses(scans, periods)
     alone = tracker_of(settings, settings.sensors, reports.dim, priors=priors)
     return Course(alone, _steps(scans, settings, rotations), tuple(notes))
@@ -278,7 +279,7 @@ def attempt_of(
         *assumed,
         *note_on_lone(doubles.once, lone),
         *note_on_astray(doubles.once, astray),
-        *_notes_on_priors(begun, scan_ends(table, rotations)),
+        *_notes_on_priors(begun, scan_ends(table, rotations, hearing_in(settings.sensors))),
     ]
     settings = replace(settings, notes=(*settings.notes, *notes))
     aside = lone | astray

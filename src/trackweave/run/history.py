@@ -20,6 +20,7 @@ from trackweave.filters.foreign import States, advanced, foreseen, taken_in
 from trackweave.filters.smoother import Course, Readings, gone_back, merged, smoothed
 from trackweave.models.foreign_motion import ForeignMotion
 from trackweave.models.motion import MotionRule
+from trackweave.run.batches import hearing_in
 from trackweave.run.beginnings import Evidence, begun, first_state, readings_of
 from trackweave.run.scans import scan_ends
 
@@ -236,7 +237,9 @@ def shown_times(
 ) -> tuple[FloatArray, FloatArray]:
     """Return when each report's scan ended, and the moments at which tracks are shown [s]."""
     ends = scan_ends(
-        reports, {s.name: s.rotation for s in settings.sensors if s.rotation is not None}
+        reports,
+        {s.name: s.rotation for s in settings.sensors if s.rotation is not None},
+        hearing_in(settings.sensors),
     )
     if settings.period is not None and len(tracks):
         return ends, np.unique(tracks.time)

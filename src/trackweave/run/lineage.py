@@ -11,6 +11,7 @@ from trackweave.config.fill import Settings
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.randomness import RandomSource
+from trackweave.run.batches import hearing_in
 from trackweave.run.course import rotations_in
 from trackweave.run.history import Smoothing, smoothed_history
 from trackweave.run.record import Assigned
@@ -83,7 +84,7 @@ def with_divisions(
     lineage = lineage_of(history, tracks, settings, priors, rng)
     if not lineage.begins:
         return tracks, history, assigned, lineage
-    ends = scan_ends(table, rotations_in(settings))
+    ends = scan_ends(table, rotations_in(settings), hearing_in(settings.sensors))
     assigned = replace(assigned, track=lineage.renamed(assigned.track, ends))
     tracks = lineage.renamed_tracks(tracks)
     # A daughter is smoothed by her own reports alone.

@@ -12,6 +12,7 @@ from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.models._kernels import is_covered
 from trackweave.models.measurements import to_position
 from trackweave.models.sensors import Sensor
+from trackweave.run.batches import hearing_in
 from trackweave.run.beginnings import Evidence
 from trackweave.run.scans import scan_ends
 
@@ -53,7 +54,8 @@ def merged_reports(
     evidence = Evidence.of(reports, sensors)
     by_name = {sensor.name: sensor for sensor in sensors}
     own = [by_name[name] for name in reports.sensors]
-    ends = scan_ends(reports, {s.name: s.rotation for s in own if s.rotation is not None})
+    turning = {each.name: each.rotation for each in own if each.rotation is not None}
+    ends = scan_ends(reports, turning, hearing_in(own))
     known = _confirmed(history)
     rows = _rows_that_may_merge(reports, assignment, evidence, own)
     if rows.size == 0 or len(known) == 0:

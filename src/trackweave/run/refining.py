@@ -29,6 +29,7 @@ from trackweave.estimation.strengths import with_strengths
 from trackweave.estimation.tails import with_tails
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
+from trackweave.run.batches import hearing_in
 from trackweave.run.kept import Kept
 from trackweave.run.record import Assigned
 from trackweave.run.scans import (
@@ -351,8 +352,8 @@ def _follow(
     ]
     sensors = [_turned(each, rotations.get(each.name)) for each in sensors]
     periods = {sensor.name: sensor.scan_period for sensor in sensors}
-    scans = complete_scans(reports, periods, rotations)
-    silent = {sensor.name for sensor in sensors if sensor.scans is False}
+    silent = hearing_in(sensors)
+    scans = complete_scans(reports, periods, rotations, silent)
     counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
     misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
     window = settings.window

@@ -1,6 +1,6 @@
 """Scans of a run: turns of a beam, scans in which nothing was seen, scans of one instant."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import islice, pairwise
 
@@ -12,6 +12,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import FollowedRotation, Rotation
+from trackweave.run.batches import batch_rows, naming
 from trackweave.summaries import counted
 
 __all__ = [
@@ -139,14 +140,17 @@ def complete_scans(
     reports: ReportTable,
     periods: Mapping[str, float | None],
     rotations: Mapping[str, Rotation] | None = None,
+    hearing: Collection[str] = (),
 ) -> list[Scan]:
     """Return the scans of a table in order of time, with the empty ones between them."""
     # A scan in which a sensor reported nothing leaves no row, but it is evidence: whatever it
     # covered was missed; unless the last ones had many: then it did not look. Scans of one time
     # are in the order of the table's sensors. A sensor with a rotation makes sectors, in which
-    # each report keeps its own time; one with the period None does not scan.
+    # each report keeps its own time, and so it does in the batches of those that are ``hearing``
+    # objects report themselves; one with the period None does not scan.
     turning = rotations or {}
-    scans = list(_scans_at_a_time(reports, turning))
+    hearing = naming(reports, hearing)
+    scans = list(_scans_at_a_time(reports, {*turning, *hearing}))
     seen: dict[str, list[Scan]] = {}
     for scan in sorted(scans, key=lambda scan: scan.time):
         seen.setdefault(scan.sensor, []).append(scan)
@@ -154,12 +158,16 @@ def complete_scans(
         period = periods.get(sensor)
         if period is not None and sensor in seen and sensor not in turning:
             scans += _empty_scans(reports, index, list(_missing(seen[sensor], period)))
-    scans += _sectors(reports, turning)
+    scans += [*_sectors(reports, turning), *_batches(reports, hearing)]
     place = {name: number for number, name in enumerate(reports.sensors)}
     return sorted(scans, key=lambda scan: (scan.time, place[scan.sensor]))
 
 
-def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = None) -> FloatArray:
+def scan_ends(
+    reports: ReportTable,
+    rotations: Mapping[str, Rotation] | None = None,
+    hearing: Collection[str] = (),
+) -> FloatArray:
     """Return when each report's scan ends, the time that a tracker takes it for [s]."""
     if len(reports) == 0:
         return reports.time
@@ -175,14 +183,26 @@ def scan_ends(reports: ReportTable, rotations: Mapping[str, Rotation] | None = N
             rows = reports.sensor == index
             sectors = Sectors(rotations[sensor], reports.time[rows])
             ends[rows] = np.maximum(sectors.ends(sectors.number), reports.time[rows])
+    for name in naming(reports, hearing):
+        for rows in batch_rows(reports, name):
+            ends[rows] = reports.time[rows].max()
     return ends
 
 
-def _scans_at_a_time(reports: ReportTable, turning: Mapping[str, Rotation]) -> Iterator[Scan]:
-    """Yield the scans of sensors of whose turns nothing is known."""
+def _batches(reports: ReportTable, hearing: Collection[str]) -> Iterator[Scan]:
+    """Yield the batches of some sensors."""
+    for name in hearing:
+        for rows in batch_rows(reports, name):
+            time = reports.time[rows]
+            own_times = bool(np.any(time != time.max()))
+            yield reports.scan_of(rows, float(time.max()), own_times=own_times)
+
+
+def _scans_at_a_time(reports: ReportTable, others: Collection[str]) -> Iterator[Scan]:
+    """Yield the scans of all but some other sensors, which come one by one."""
     # Reports that the table puts into one scan keep their own times where these differ: in a turn
     # of a radar an aircraft flies a kilometre.
-    for scan in reports.scans(but=turning):
+    for scan in reports.scans(but=others):
         moments = reports.time[scan.report]
         yield scan if np.all(moments == scan.time) else replace(scan, moments=moments)
 

@@ -17,6 +17,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
+from trackweave.run.batches import Batch
 from trackweave.run.scans import FULL, LAST, MOST_MISSING, N_SECTORS, Sectors, missing_times
 from trackweave.service.blocks import (
     Block,
@@ -99,6 +100,9 @@ class SensorCut:
 
     def complete(self) -> Iterator[Scan]:
         """Yield scans that are complete, and take them out; empty ones are between them."""
+        if not (self.scans or self.numbered):
+            yield from self._batches()
+            return
         for key in sorted(self.pending):
             block = self.pending[key]
             if not self._is_complete(key, block):
@@ -107,6 +111,28 @@ class SensorCut:
             yield from self._closed(key, joined(block))
         if not self.pending:
             yield from self._missed()
+
+    def _batches(self) -> Iterator[Scan]:
+        """Yield the batches that are complete, and take them out."""
+        batch, keys, now = Batch(), list[float](), max(self.told, self.until)
+        for key in sorted(self.pending):
+            if not self._is_complete(key, self.pending[key]):
+                break
+            if self.last is not None and key <= self.last:
+                yield from self._closed(key, joined(self.pending.pop(key)))
+                continue
+            names = [name for part in self.pending[key] for name in part.identity.tolist()]
+            if not batch.takes(key, names):
+                yield from self._batch(keys)
+                batch, keys = Batch(), []
+                batch.takes(key, names)
+            keys.append(key)
+        if keys and batch.is_over(now):
+            yield from self._batch(keys)
+
+    def _batch(self, keys: list[float]) -> Iterator[Scan]:
+        blocks = [part for key in keys for part in self.pending.pop(key)]
+        yield from self._closed(keys[-1], joined(blocks))
 
     def bound(self) -> tuple[float, bool]:
         """Return before which time no scan can come any more, and whether one of it can."""
@@ -150,12 +176,10 @@ class SensorCut:
         return newest < self.told or newest + wait <= self.until
 
     def _closed(self, key: float, block: Block) -> Iterator[Scan]:
-        own_times = self.rotation is not None
         end = float(block.time.max())
+        own_times = bool(np.any(block.time != end))
         if self.rotation is not None:
-            end = max(self._end(int(key)), end)
-        elif self.numbered:
-            own_times = bool(np.any(block.time != end))
+            end, own_times = max(self._end(int(key)), end), True
         block = without_copies(block, at_any_time=self.numbered)
         block = without_pieces(block, self.kind, self.extent)
         mark = key if self.rotation is not None else end

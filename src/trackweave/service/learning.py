@@ -20,6 +20,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.io.time_axes import on_one_axis
+from trackweave.run.batches import hearing_in
 from trackweave.run.course import rotations_in
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
@@ -286,7 +287,7 @@ def _with_regions(spec: Spec, reports: ReportTable, settings: Settings, most: in
     """Return the same with the plane cut where about as much was heard on both sides."""
     _require_places(reports, settings)
     periods = {each.name: each.scan_period for each in settings.sensors}
-    scans = complete_scans(reports, periods, rotations_in(settings))
+    scans = complete_scans(reports, periods, rotations_in(settings), hearing_in(settings.sensors))
     margin = margin_of(reports, settings, [(scan,) for scan in scans])
     position = positions_of(reports, settings)
     regions = cut(position, margin, least=FEWEST_IN_REGION, most=most)

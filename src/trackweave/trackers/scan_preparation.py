@@ -48,6 +48,9 @@ USUAL_MISSES = 5
 
 MOST_BEFORE = 500
 """So many scans of a sensor are known to those that follow, sectors of a turn each by itself."""
+LEAST_SHARE = 0.02
+"""Of a scan, that a report which comes by itself is: a window of as many as there are would grow
+by each of them."""
 MOST_TURNED = 1.1
 """Ends of sweeps that follow one another lie at most so many turns apart; no motor is exact."""
 
@@ -65,6 +68,7 @@ class ScanPreparation:
     def __init__(self, motion: AnyMotion, sensors: Mapping[str, Sensor], period: float) -> None:
         self._motion = motion
         self._period = period
+        self._is_periodic = any(each.scan_period is not None for each in sensors.values())
         self._sensors = sensors
         self._number = {name: number for number, name in enumerate(sensors)}
         self._column = {each.name: at for at, each in enumerate(_with_silences(sensors))}
@@ -95,13 +99,21 @@ class ScanPreparation:
             period=self._period,
         )
         data, order = scan_input(scan, sensor, 0.0, context)
-        share = 1.0
-        rotation = sensor.rotation
-        if rotation is not None and context.start is not None:
-            turns = float(rotation.turned(scan.time) - rotation.turned(context.start))
-            share = min(1.0, max(1e-3, turns))
+        share = self._share(scan, sensor, context.start)
         repeat = self._repeats(data, sensor)
         return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), repeat, share)
+
+    def _share(self, scan: Scan, sensor: Sensor, start: float | None) -> float:
+        """Return how much of a scan it is: a sector, or what comes by itself beside scans."""
+        rotation = sensor.rotation
+        if rotation is not None and start is not None:
+            turns = float(rotation.turned(scan.time) - rotation.turned(start))
+            return min(1.0, max(1e-3, turns))
+        if sensor.tells_silence(len(scan)) or not self._is_periodic:
+            return 1.0
+        last = self._ends.get(scan.sensor, -np.inf)
+        self.pass_over(scan.sensor, scan.time)
+        return min(1.0, max(LEAST_SHARE, (scan.time - last) / self._period))
 
     def _repeats(self, data: ScanInput, sensor: Sensor) -> FloatArray:
         """Return what each report says for a false alarm that came again [nats]."""
