@@ -29,6 +29,8 @@ LEAST_SHARE = 0.7
 LEAST_TURNS = 2.0
 SELDOM = 10.0  # A told period may be so many times as short as reports alone can tell
 LEAST_TURNS_AT_FIRST = 0.1
+# Where there are many, the first of every so many are looked at next.
+THINNED = 8
 PERIOD_ERROR = 0.1
 """A period that is given may be wrong by this share."""
 LEAST_REPORTS_PER_TURN = 1.5
@@ -65,24 +67,35 @@ def steady_turn(
     """Return the turn of constant period that the reports follow from the first to the last."""
     origin = float(time[0])
     elapsed = time - origin
-    count = min(FIRST_REPORTS, elapsed.size)
-    # The first reports may come more seldom than all do.
-    fewest = REPORTS_PER_TURN / 1.5 if loosely else LEAST_REPORTS_PER_TURN
-    rates = possible_rates(float(elapsed[count - 1]), count / fewest, period, direction)
-    rate = likeliest_rate(elapsed[:count], azimuth[:count], rates, loosely=loosely)
-    if rate is None:
-        return None
-    followed = settled_rate(elapsed, azimuth, rate, count)
-    if followed is None:
-        return None
-    rate, phase = followed
-    if abs(rate) * elapsed[-1] < LEAST_TURNS * 2 * np.pi:
-        return None
     near = LOOSELY_NEAR if loosely else NEAR
-    if _share(elapsed, azimuth, np.array([rate]), near)[0] < LEAST_SHARE:
-        return None
-    sense = 1 if rate > 0 else -1
-    return Rotation(2 * np.pi / abs(rate), float((phase - rate * origin) % (2 * np.pi)), sense)
+    # Where thousands come in a turn, the first of all are of a small part of one.
+    for thin in (1, THINNED) if elapsed.size >= THINNED * FIRST_REPORTS else (1,):
+        first = slice(0, thin * FIRST_REPORTS, thin)
+        rate = _first_rate(elapsed[first], azimuth[first], (period, direction), loosely=loosely)
+        count = min(thin * FIRST_REPORTS, elapsed.size)
+        followed = None if rate is None else settled_rate(elapsed, azimuth, rate, count)
+        if followed is None:
+            continue
+        rate, phase = followed
+        is_long = abs(rate) * elapsed[-1] >= LEAST_TURNS * 2 * np.pi
+        if is_long and _share(elapsed, azimuth, np.array([rate]), near)[0] >= LEAST_SHARE:
+            turn, sense = 2 * np.pi / abs(rate), 1 if rate > 0 else -1
+            return Rotation(turn, float((phase - rate * origin) % (2 * np.pi)), sense)
+    return None
+
+
+def _first_rate(
+    elapsed: FloatArray,
+    azimuth: FloatArray,
+    told: tuple[float | None, int | None],
+    *,
+    loosely: bool,
+) -> float | None:
+    """Return the rate of turn [rad/s] that the first reports follow, given what is told of it."""
+    # They may come more seldom than all do.
+    fewest = REPORTS_PER_TURN / 1.5 if loosely else LEAST_REPORTS_PER_TURN
+    rates = possible_rates(float(elapsed[-1]), elapsed.size / fewest, *told)
+    return likeliest_rate(elapsed, azimuth, rates, loosely=loosely)
 
 
 def possible_rates(

@@ -1,5 +1,6 @@
 """Who is near whom: SciPy's trees, and for few points their distances."""
 
+import math
 from typing import TYPE_CHECKING, TypeAlias, TypeGuard, Union
 
 import numpy as np
@@ -24,7 +25,6 @@ FEW = 512
 """Of so many points all distances are sooner there than SciPy is imported."""
 
 # Length, area and volume of the ball of radius 1, by dimension.
-UNIT_BALL = {1: 2.0, 2: 3.141592653589793, 3: 4.188790204786391}
 
 Tree: TypeAlias = Union["FewPoints", "cKDTree"]
 
@@ -135,5 +135,6 @@ def _order(square: FloatArray) -> IntArray:
 
 
 def ball_volume(radius: FloatArray | float, dim: int) -> FloatArray:
-    """Return the volume of a ball [m² or m³]."""
-    return np.asarray(UNIT_BALL[dim] * np.asarray(radius) ** dim)
+    """Return the volume of a ball [m² or m³; of range rates beside places, another axis]."""
+    unit = math.pi ** (dim / 2) / math.gamma(dim / 2 + 1)
+    return np.asarray(unit * np.asarray(radius) ** dim)
