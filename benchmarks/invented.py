@@ -9,6 +9,7 @@ import time
 
 import numpy as np
 from invented_ground import GROUND
+from invented_named import NAMED
 from invented_scenes import NOBODY
 from invented_scenes import SCENES as FIRST_SCENES
 from invented_sea import SEA
@@ -18,7 +19,7 @@ from text_tables import command, heading, table
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
-SCENES = FIRST_SCENES | SEA | GROUND
+SCENES = FIRST_SCENES | SEA | GROUND | NAMED
 HEAD = [
     "scene",
     "seed",

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.place_spacing import spacing_of_places
 
 __all__ = ["identity_error", "identity_threads", "note_on_identities"]
 
@@ -16,6 +17,11 @@ AROUND, NEAR, MOST_ABSURD = 100, 0.1, 400
 # and so many times as fast: who is seldom named has gone far. Where so many do, or come alone,
 # identities are no names.
 ELSEWHERE, QUICKER, NO_NAMES, MOST_ERROR, MOST_STEPS = 10.0, 4.0, 0.3, 0.99, 2000
+# Among places that all come back to, such as rooms, a step leads elsewhere that is so many times
+# as long as from one to the next.
+PLACES = 3.0
+# Such a share of reports under another identity is said.
+CHANGING = 0.003
 # Before the data speak identities are wrong as seldom as this, trusted as so many reports.
 USUAL_ERROR, TRUSTED = 1e-4, 500.0
 # Threads are those of identities where hardly any is wrong, nearly all reports have one, and few
@@ -59,9 +65,14 @@ def identity_error(reports: ReportTable, sensor: int) -> float | None:
 
 
 def note_on_identities(error: float | None) -> str | None:
-    """Return a sentence where identities name no objects, None elsewhere."""
-    if error is None or error <= NO_NAMES:
+    """Return a sentence where identities name no objects or change, None elsewhere."""
+    if error is None or error < CHANGING:
         return None
+    if error <= NO_NAMES:
+        return (
+            f"identities change, or are another's, in {100.0 * error:.2g} % of reports: where one "
+            "ends another begins, and a track may go on under another"
+        )
     return (
         "identities come only once, or at many places at once, so that they name no objects and "
         "hardly count; leave the column out, or empty where nothing is known"
@@ -146,6 +157,8 @@ def _is_absurd(reports: ReportTable, rows: IntArray) -> NDArray[np.bool_]:
     # as before nor as after is a leap, and one that leads there and one that leads back make a
     # report absurd.
     leaps = _leaps(step, own) & _leaps(step / wait, own)
+    place = reports.measurement[rows]
+    leaps &= step > PLACES * spacing_of_places(place[:-1][same[:-1]], place[1:][same[:-1]])
     led = np.r_[False, leaps[:-1]]
     return np.asarray(led & leaps)
 
@@ -171,6 +184,8 @@ def _elsewhere(reports: ReportTable, before: IntArray, after: IntArray) -> float
     """Return which share of an identity's steps is far longer than to whoever reported lately."""
     if after.size == 0:
         return 0.0
+    spacing = spacing_of_places(reports.measurement[before], reports.measurement[after])
+    factor = ELSEWHERE if spacing == 0.0 else PLACES
     when = np.argsort(reports.time, kind="stable")
     when = when[reports.sensor[when] == reports.sensor[after[0]]]
     rank = np.empty(len(reports), dtype=np.int64)
@@ -185,8 +200,10 @@ def _elsewhere(reports: ReportTable, before: IntArray, after: IntArray) -> float
         off = np.linalg.norm(place[lately] - place[late], axis=1)
         nearest = int(np.argmin(off))
         step, wait = float(np.linalg.norm(place[late] - place[early])), time[late] - time[early]
-        is_quick = step * (time[late] - time[lately[nearest]]) > QUICKER * off[nearest] * wait
-        found += bool(is_quick and step > ELSEWHERE * off[nearest])
+        # Where all come back to the same places, somebody else was there lately.
+        least = max(float(off[nearest]), spacing)
+        is_quick = step * (time[late] - time[lately[nearest]]) > QUICKER * least * wait
+        found += bool(is_quick and step > factor * least)
     return found / len(after[some])
 
 

@@ -23,6 +23,7 @@ from trackweave.estimation.noise import (
     noise_of_chains,
     noise_of_longer_steps,
 )
+from trackweave.estimation.place_spacing import AS_NOISE, spacing_of_places
 from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
 from trackweave.estimation.threads import SHORTEST, Threads, once, threads_of
 
@@ -123,6 +124,8 @@ def lone_reports(
     n_false = threads.n_reports - sum(rows.size for rows in objects)
     rate = n_false / span
     lasting = threads.lasting(LASTING)
+    if sigma is None and threads.is_whole:
+        sigma = _of_places(position, objects)
     # At a quay the seldom are taken for one another; those that report often are sure, unless they
     # are few, and false alarms on short threads only seem to report oftener.
     waits = [float(np.median(np.diff(time[rows]))) for rows in lasting]
@@ -162,6 +165,14 @@ def lone_reports(
         slow_pause=float(np.quantile(pauses, 0.9)) if pauses else span,
         standing=_standing(time, position, threads.lasting(TOLD), sigma, speed),
     )
+
+
+def _of_places(position: FloatArray, threads: list[IntArray]) -> float | None:
+    """Return how exact reports are that name one of some places [m], None of those anywhere."""
+    before = np.concatenate([rows[:-1] for rows in threads] or [np.empty(0, dtype=np.int64)])
+    after = np.concatenate([rows[1:] for rows in threads] or [before])
+    spacing = spacing_of_places(position[before], position[after])
+    return AS_NOISE * spacing if spacing > 0.0 else None
 
 
 def _begun(time: FloatArray, objects: list[IntArray]) -> float:
