@@ -1,13 +1,13 @@
 """A study's report: what was run, means, differences, failures, figures."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 import polars as pl
 
 from trackweave.experiments.study_file import StudyPlan
-from trackweave.experiments.tables import averaged, group_keys
+from trackweave.experiments.tables import averaged, group_keys, recordings_of
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies.writing import text_table
 
@@ -26,13 +26,16 @@ def figures_of(study: StudyPlan, runs: pl.DataFrame, timing: pl.DataFrame) -> di
     metrics = [name for name in study.plan.metrics if runs[name].null_count() < len(runs)]
     if not metrics:
         return {}
+    same = recordings_of(study)
     swept = [name for name in group_keys(runs) if "." in name and runs.schema[name].is_numeric()]
     for name in swept:
         own = runs.filter(pl.col(name).is_not_null())
-        panels = [_against(own, name, metric) for metric in metrics]
+        panels = [_against(own, name, metric, same) for metric in metrics]
         figures[f"by-{_file_name(name)}.png"] = picture_of_panels(panels)
     spent = runs.with_columns(timing["cpu_s"])
-    figures["quality-by-cpu.png"] = picture_of_panels([_by_cpu(spent, name) for name in metrics])
+    figures["quality-by-cpu.png"] = picture_of_panels(
+        [_by_cpu(spent, name, same) for name in metrics]
+    )
     return figures
 
 
@@ -51,7 +54,7 @@ def report_of(
         f"{len(runs):,} runs: {len(study.scenes)} scenario{'s' * (len(study.scenes) > 1)} × "
         f"{len(study.configurations)} configuration{'s' * (len(study.configurations) > 1)}, with "
         f"what is swept of each, × {seeds}. The same seed gives every configuration the same "
-        "reports. Intervals are of 95 %, by Student's t over draws.",
+        "reports. Intervals are of 95 %, by Student's t over draws." + _alone(study, summary),
         "## Means",
         _wide(summary.filter(pl.col("metric").is_in(plan.metrics)), keys, "mean", plan.metrics),
     ]
@@ -59,7 +62,7 @@ def report_of(
         parts += [
             "## Differences",
             f"From {study.baseline}, draw by draw on the same reports; an interval without 0 "
-            "tells the two apart.",
+            "tells the two apart, a number without an interval does not.",
             _wide(
                 differences.filter(pl.col("metric").is_in(plan.metrics)), keys, "difference",
                 plan.metrics,
@@ -78,6 +81,19 @@ def report_of(
     return "\n\n".join(parts) + "\n"
 
 
+def _alone(study: StudyPlan, summary: pl.DataFrame) -> str:
+    """Return what has to be said where there is but one draw of a point, from a space on."""
+    if not (summary["draws"] == 1).any():
+        return ""
+    why = ""
+    if summary.filter(pl.col("draws") == 1)["scenario"].is_in(recordings_of(study)).any():
+        why = (
+            ": of a recording in one piece each seed tracks the same data, unless the search "
+            "draws by chance; `pieces` makes several draws of it"
+        )
+    return f" One draw has none{why}."
+
+
 def _wide(table: pl.DataFrame, keys: Sequence[str], value: str, metrics: Sequence[str]) -> str:
     """Return a table with a column for each measure, its interval in brackets."""
     if len(table) > MOST_ROWS * len(metrics):
@@ -86,7 +102,7 @@ def _wide(table: pl.DataFrame, keys: Sequence[str], value: str, metrics: Sequenc
     for row in table.iter_rows(named=True):
         cells = rows.setdefault(tuple(row[key] for key in keys), {})
         known = row[value] is not None and np.isfinite(row[value])
-        ends = f" ({row['low']:.4g} to {row['high']:.4g})" if np.isfinite(row["low"]) else ""
+        ends = f" ({row['low']:.4g} to {row['high']:.4g})" if row["low"] is not None else ""
         cells[row["metric"]] = f"{row[value]:.4g}{ends}" if known else "–"
     body = [[*point, *(cells.get(name, "–") for name in metrics)] for point, cells in rows.items()]
     return text_table([*keys, *metrics], body)
@@ -100,7 +116,7 @@ def _cpu(runs: pl.DataFrame, keys: Sequence[str]) -> str:
     return text_table([*keys, "median [s]"], spent.rows())
 
 
-def _against(runs: pl.DataFrame, key: str, metric: str) -> Panel:
+def _against(runs: pl.DataFrame, key: str, metric: str, same: Collection[str]) -> Panel:
     """Return a measure against a swept key, averaged over whatever else is swept."""
     curves = {}
     # A scenario's key shows a curve for each configuration, and the other way round.
@@ -108,7 +124,7 @@ def _against(runs: pl.DataFrame, key: str, metric: str) -> Panel:
     for (name,), own in runs.group_by([by], maintain_order=True):
         points = []
         for (x,), at in own.group_by([key], maintain_order=True):
-            found = averaged(at, metric)
+            found = averaged(at, metric, same)
             if np.isfinite(found.value):
                 points.append((x, found.value, _half(found.high - found.value)))
         if points:
@@ -118,13 +134,13 @@ def _against(runs: pl.DataFrame, key: str, metric: str) -> Panel:
     return Panel(metric, key.partition(".")[2], metric, curves, x_logarithmic=bool(wide))
 
 
-def _by_cpu(runs: pl.DataFrame, metric: str) -> Panel:
+def _by_cpu(runs: pl.DataFrame, metric: str, same: Collection[str]) -> Panel:
     """Return a measure against the CPU time of a run, a mark for each configuration's points."""
     curves = {}
     for (name,), own in runs.group_by(["configuration"], maintain_order=True):
         points = []
         for _, at in own.group_by(group_keys(runs, "configuration"), maintain_order=True):
-            found = averaged(at, metric)
+            found = averaged(at, metric, same)
             if np.isfinite(found.value) and at["cpu_s"].null_count() < len(at):
                 points.append((at["cpu_s"].median(), found.value, _half(found.high - found.value)))
         if points:

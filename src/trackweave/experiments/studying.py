@@ -132,7 +132,7 @@ def study(  # noqa: PLR0913 the one function that users call with everything
     with engine_of(engine, workers, time_limit=limit) as pool, Log(planned, place) as log:
         run_jobs(jobs, range(len(jobs)), log, pool, progress)
     runs, timing = runs_table(planned, cases, log.found)
-    tables = {"runs": runs, "timing": timing, "summary": summary_of(runs),
+    tables = {"runs": runs, "timing": timing, "summary": summary_of(runs, planned),
               "differences": differences_of(runs, planned)}  # fmt: skip
     figures = figures_of(planned, runs, timing)
     found = StudyResult(**tables, report=report_of(planned, tables, list(figures)),

@@ -1,9 +1,10 @@
 """Tables of a study: every run, means with intervals, differences in pairs."""
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import polars as pl
 
 from trackweave.experiments.cases import Case
@@ -12,11 +13,15 @@ from trackweave.experiments.sweeps import Path
 from trackweave.studies.judging import Interval, mean_of
 from trackweave.studies.writing import numbers
 
-__all__ = ["TIMES", "averaged", "differences_of", "group_keys", "runs_table", "summary_of"]
+__all__ = [
+    "TIMES", "averaged", "differences_of", "group_keys", "recordings_of", "runs_table",
+    "summary_of",
+]  # fmt: skip
 
 TIMES = ("cpu_s", "all_cpu_s", "wall_s")
 REPLICATE = ("piece", "seed")
 """What tells draws of the same points apart: configurations share them."""
+OF_BASELINE = " of baseline"
 
 
 def runs_table(
@@ -72,23 +77,42 @@ def group_keys(runs: pl.DataFrame, side: str | None = None) -> list[str]:
     return [name for name in runs.columns if name.partition(".")[0] in sides]
 
 
-def averaged(own: pl.DataFrame, metric: str) -> Interval:
-    """Return a measure's mean over draws, with its 95 % interval."""
+def averaged(own: pl.DataFrame, metric: str, recordings: Collection[str]) -> Interval:
+    """Return a measure's mean over draws, with its 95 % interval; open where there is one draw."""
     # Of a recording in several pieces the pieces are the draws, each averaged over its seeds: on
     # the same piece seeds tell of the search alone.
     by = "piece" if own["piece"].n_unique() > 1 else "seed"
     known = own.filter(pl.col(metric).is_not_null())
+    if known["scenario"].is_in(recordings).all():
+        known = _without_repeats(known)
     return mean_of(numbers(known.group_by(by, maintain_order=True).agg(pl.mean(metric)), metric))
 
 
-def summary_of(runs: pl.DataFrame) -> pl.DataFrame:
+def _without_repeats(own: pl.DataFrame) -> pl.DataFrame:
+    """Return runs of recordings, once each where their seeds change nothing."""
+    # Each seed tracks the same data. Where no measure has noticed which one it was, that of the
+    # baseline neither, nothing was drawn; a search that draws by chance shows in some.
+    measures = [name for name in own.columns if name.removesuffix(OF_BASELINE) in MEASURES]
+    points = [*group_keys(own), "piece"]
+    once = own.unique(points, keep="first", maintain_order=True)
+    if len(own.unique([*points, *measures])) > len(once):
+        return own
+    return once.with_columns(seed=pl.lit(0))
+
+
+def recordings_of(study: StudyPlan) -> frozenset[str]:
+    """Return the names of scenarios whose reports are the same with every seed."""
+    return frozenset(name for name, scene in study.scenes.items() if scene.reports is not None)
+
+
+def summary_of(runs: pl.DataFrame, study: StudyPlan) -> pl.DataFrame:
     """Return each measure's mean with its interval, a row for each point and measure."""
-    keys = group_keys(runs)
+    keys, same = group_keys(runs), recordings_of(study)
     rows = []
     for point, own in runs.group_by(keys, maintain_order=True):
         failed = own["error"].is_not_null().sum()
         for metric in _measured(runs):
-            rows.append((*point, metric, *_ends(averaged(own, metric)), failed))
+            rows.append((*point, metric, *_ends(averaged(own, metric, same)), failed))
     return _rows(runs, keys, rows, ("metric", "mean", "low", "high", "draws", "failed"))
 
 
@@ -97,21 +121,21 @@ def differences_of(runs: pl.DataFrame, study: StudyPlan) -> pl.DataFrame:
     # The draws are those of the same scenario, piece and seed, whose reports are the same; what
     # they share cancels out, so that intervals are narrower than those of the means. The baseline
     # is the first point of its configuration.
-    keys, scene = group_keys(runs), group_keys(runs, "scenario")
+    keys, scene, same = group_keys(runs), group_keys(runs, "scenario"), recordings_of(study)
     way = group_keys(runs, "configuration")
     base = runs.filter(configuration=study.baseline)
     first = base.select(way).unique(maintain_order=True).head(1)
     base = base.join(first, on=way, nulls_equal=True)
     metrics = _measured(runs)
     both = runs.join(base.select(*scene, *REPLICATE, *metrics), on=[*scene, *REPLICATE],
-                     how="left", suffix=" of baseline", nulls_equal=True,
+                     how="left", suffix=OF_BASELINE, nulls_equal=True,
                      maintain_order="left")  # fmt: skip
     both = both.join(first, on=way, how="anti", nulls_equal=True, maintain_order="left")
-    less = {name: pl.col(name) - pl.col(f"{name} of baseline") for name in metrics}
+    less = {name: pl.col(name) - pl.col(f"{name}{OF_BASELINE}") for name in metrics}
     rows = []
     for point, own in both.with_columns(**less).group_by(keys, maintain_order=True):
         for metric in metrics:
-            rows.append((*point, metric, *_ends(averaged(own, metric))))
+            rows.append((*point, metric, *_ends(averaged(own, metric, same))))
     return _rows(runs, keys, rows, ("metric", "difference", "low", "high", "draws"))
 
 
@@ -122,8 +146,8 @@ def _measured(runs: pl.DataFrame) -> list[str]:
 
 def _ends(found: Interval) -> Iterator[Any]:
     yield found.value
-    yield found.low
-    yield found.high
+    # One draw has no interval: its cells are empty.
+    yield from (end if np.isfinite(end) else None for end in (found.low, found.high))
     yield found.count
 
 
