@@ -4,6 +4,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
@@ -62,11 +63,18 @@ def all_end(processes: list[int], within: float = 10.0) -> bool:
 
 @pytest.mark.skipif(not Path("/proc").exists(), reason="looks for processes in /proc")
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
-def test_whatever_ends_the_caller_ends_all_workers(ending: signal.Signals, tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_stopped", [False, True])
+def test_whatever_ends_the_caller_ends_all_workers(
+    ending: signal.Signals, is_stopped: bool, tmp_path: Path
+) -> None:
     marks = tmp_path / "marks"
     marks.mkdir()
     caller = started(tmp_path, "errands.nap, Path(sys.argv[1]), 600.0", str(marks))
     processes = sleepers(marks, 2)
+    if is_stopped:
+        if sys.platform != "linux" and ending != signal.SIGINT:
+            pytest.skip("only Linux ends a process that is stopped")
+        os.kill(processes[0], signal.SIGSTOP)
     caller.send_signal(ending)
     caller.communicate(timeout=20)
     assert all_end(processes)
@@ -102,6 +110,40 @@ def test_nobody_waits_for_one_that_stops_in_a_message() -> None:
         with pytest.raises(WorkerLostError):
             actor.answer()
     assert told == ["was killed by signal 9"]
+
+
+def test_a_stopped_worker_is_replaced_and_its_task_done_by_another(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr("trackweave.engine.local.LOOK_S", 0.5)
+    monkeypatch.setattr("trackweave.engine.alive.SILENT_S", 4.0)
+
+    def stop() -> None:
+        os.kill(sleepers(tmp_path, 1)[0], signal.SIGSTOP)
+
+    stopping = threading.Thread(target=stop)
+    with engine_of("local", 1) as engine:
+        # Longer than the silence that one is allowed: whoever lives may take any time.
+        engine.submit(errands.nap, tmp_path, 6.0)
+        stopping.start()
+        (outcome,) = engine.gather()
+    stopping.join()
+    assert outcome.error is None
+    assert len(list(tmp_path.iterdir())) == 2
+    first = next(int(each.name) for each in tmp_path.iterdir() if each.name != str(outcome.value))
+    assert all_end([first])
+
+
+def test_why_a_stopped_worker_was_ended_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("trackweave.engine.local.LOOK_S", 0.5)
+    monkeypatch.setattr("trackweave.engine.alive.SILENT_S", 3.0)
+    with engine_of("local", 1) as engine:
+        actor = engine.place(errands.Counter, 0)
+        actor.tell("process")
+        os.kill(actor.answer(), signal.SIGSTOP)
+        actor.tell("add", 1)
+        with pytest.raises(WorkerLostError, match="gave no sign of life for 3 s"):
+            actor.answer()
 
 
 def test_a_short_limit_of_tasks_leaves_messages_their_time() -> None:

@@ -1,7 +1,6 @@
 """Workers that are processes of this machine: spawned, with a pipe each, watched by sentinels."""
 
 import multiprocessing
-import os
 import signal
 import sys
 import threading
@@ -12,6 +11,7 @@ from time import monotonic
 from types import ModuleType
 from typing import Any
 
+from trackweave.engine.alive import Pulse, beat, end_with_caller
 from trackweave.engine.protocol import Death, Worker
 from trackweave.engine.serving import Served
 
@@ -19,12 +19,14 @@ __all__ = ["LocalHost"]
 
 _SPAWN = multiprocessing.get_context("spawn")
 
+LOOK_S = 5.0
+"""So often processes are looked at [s]."""
 LEAST_S = 1.0
 """A message is given at least so long [s]: limits of tasks may be shorter than the way of one."""
 
 
 class LocalHost:
-    """Brings processes of this machine.
+    """Brings processes of this machine; one that gives no sign of life for a minute is killed.
 
     Parameters
     ----------
@@ -36,12 +38,14 @@ class LocalHost:
     def __init__(self, time_limit: float | None = None) -> None:
         self._hired: list[_Process] = []
         self._over = threading.Event()
-        if time_limit is not None:
-            limit = max(time_limit, LEAST_S)
-            threading.Thread(target=self._watch, args=(limit,), daemon=True).start()
+        self._limit = None if time_limit is None else max(time_limit, LEAST_S)
+        self._watching: threading.Thread | None = None
 
     def hire(self) -> "_Process":
         """Return a new process, which is still starting."""
+        if self._watching is None:
+            self._watching = threading.Thread(target=self._watch, daemon=True)
+            self._watching.start()
         self._hired = [each for each in self._hired if not each.is_over]
         self._hired.append(_Process())
         return self._hired[-1]
@@ -63,13 +67,20 @@ class LocalHost:
         """Leave nothing behind: processes are ended one by one."""
         self._over.set()
 
-    def _watch(self, limit: float) -> None:
-        """Kill what is in the middle of a message for too long."""
-        while not self._over.wait(limit / 4):
+    def _watch(self) -> None:
+        """Kill what is stopped, or in the middle of a message for too long."""
+        pause = LOOK_S if self._limit is None else min(LOOK_S, self._limit / 4)
+        while not self._over.wait(pause):
             for each in list(self._hired):
-                since = each.since
-                if since is not None and monotonic() - since > limit:
+                if each.pulse.is_stopped(pause):
+                    each.end(f"gave no sign of life for {each.pulse.silence:g} s")
+                elif self._is_over_limit(each.since):
                     each.process.kill()
+
+    def _is_over_limit(self, since: float | None) -> bool:
+        if self._limit is None or since is None:
+            return False
+        return monotonic() - since > self._limit
 
 
 class _Process:
@@ -78,13 +89,20 @@ class _Process:
     since: float | None = None
     """When the message began that is on its way; None for none."""
     is_over = False
+    _why: str | None = None
 
     def __init__(self) -> None:
         self.pipe, theirs = _SPAWN.Pipe()
-        self.process = _SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
+        heard, beats = _SPAWN.Pipe(duplex=False)
+        self.pulse = Pulse(heard)
+        by_thread = threading.current_thread() is not threading.main_thread()
+        self.process = _SPAWN.Process(
+            target=_serve, args=(theirs, beats), kwargs={"by_thread": by_thread}, daemon=True
+        )
         with _without_main():
             self.process.start()
         theirs.close()
+        beats.close()
 
     def send(self, call: bytes) -> None:
         """Send a call; a dead process says nothing, and is found by its sentinel."""
@@ -100,8 +118,15 @@ class _Process:
         except (EOFError, OSError):
             pass
         self.process.join()
+        if self._why is not None:
+            return Death(self._why)
         code = self.process.exitcode or 0
         return Death(f"was killed by signal {-code}" if code < 0 else f"ended with status {code}")
+
+    def end(self, why: str) -> None:
+        """Kill it where nobody may be waiting, for a reason that is told once it is found dead."""
+        self._why = why
+        self.process.kill()
 
     def kill(self) -> None:
         """End it at once, whatever it does."""
@@ -131,20 +156,13 @@ def _without_main() -> Iterator[None]:
         sys.modules["__main__"] = own
 
 
-def _serve(pipe: Connection) -> None:
+def _serve(pipe: Connection, beats: Connection, *, by_thread: bool) -> None:
     """Answer calls until the caller is gone."""
     # Control-C reaches the whole group of processes; the caller decides what ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_caller, daemon=True).start()
+    end_with_caller(by_thread=by_thread)
+    beat(beats)
     served = Served()
     with suppress(EOFError, OSError):
         while True:
             pipe.send_bytes(served.reply(pipe.recv_bytes()))
-
-
-def _end_with_caller() -> None:
-    """End as soon as the process that asked for the work has ended, by whatever signal."""
-    caller = multiprocessing.parent_process()
-    if caller is not None:
-        wait([caller.sentinel])
-        os._exit(1)
