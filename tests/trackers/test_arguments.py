@@ -10,6 +10,7 @@ from trackweave.errors import InvalidInputError
 from trackweave.solvers import Genetic, Greedy
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
+from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
 from trackweave.trackers.window import Window
 
 
@@ -108,6 +109,36 @@ def test_a_refused_step_changes_nothing(wrong):
         np.testing.assert_array_equal(mine.tracks.mean, theirs.tracks.mean)
         np.testing.assert_array_equal(mine.final.report, theirs.final.report)
         assert mine.certificate == theirs.certificate
+
+
+@pytest.mark.parametrize("kind", [MultiHypothesisTracker, NearestNeighbourTracker])
+@pytest.mark.parametrize("later", [0.0, 1.0])
+def test_a_sensor_that_leaves_out_the_height_is_refused_and_nothing_changes(kind, later):
+    full = [Scan(0.0, "radar", [[1.0, 2.0, 300.0]]), Scan(1.0, "radar", [[1.0, 2.0, 300.0]])]
+    target = kind(motion=MOTION, sensors=[sensor()])
+    target.step(full[0])
+    with pytest.raises(
+        InvalidInputError, match="radar: 2 numbers per report; expected 3, as in its scans before"
+    ):
+        target.step(Scan(later, "radar", [[1.0, 2.0]]))
+    untouched = kind(motion=MOTION, sensors=[sensor()])
+    untouched.step(full[0])
+    mine, theirs = target.step(full[1]), untouched.step(full[1])
+    np.testing.assert_array_equal(mine.tracks.mean, theirs.tracks.mean)
+    assert mine.certificate == theirs.certificate
+
+
+def test_a_lone_sensor_has_to_tell_the_height_in_space():
+    target = tracker(dim=3)
+    with pytest.raises(InvalidInputError, match="expected 3, as no other sensor tells heights"):
+        target.step(Scan(0.0, "radar", [[1.0, 2.0]]))
+
+
+def test_an_empty_scan_fits_one_of_its_time_that_lacks_the_height():
+    target = tracker(sensor("map"), sensor("high"), dim=3)
+    whole = [[1.0, 2.0]], [], [[3.0, 4.0]]
+    run(target, [Scan(0.0, "map", rows) for rows in ([], *whole)])
+    assert target.pending().report.tolist() == [0, 1]
 
 
 def test_a_noise_for_other_dimensions_is_refused_before_anything_changes():

@@ -164,6 +164,12 @@ def test_a_file_is_replaced_whole_or_stays(tmp_path, monkeypatch):
     assert isinstance(tw.BoxTracker.load(path), tw.BoxTracker)
 
 
+@pytest.mark.parametrize("path", [".", ""])
+def test_a_path_without_a_name_is_refused(path):
+    with pytest.raises(OutputError, match="a directory; expected the path of a file"):
+        tw.BoxTracker().save(path)
+
+
 class Stranger:
     """A solver from somewhere else."""
 

@@ -210,9 +210,32 @@ def dimensions_of(scan: Scan, sensor: Sensor, expected: int | None) -> int | Non
     return dim
 
 
+def with_width(
+    known: Mapping[str, int], scan: Scan, dim: int | None, *, is_alone: bool
+) -> Mapping[str, int]:
+    """Return how many numbers a report of each sensor has, with those of a scan; refuse others."""
+    # Positions may lack their height where others tell it, not where a sensor is alone, nor in
+    # some scans of a sensor: what nobody tells the height of begins no track.
+    size = int(scan.measurement.shape[1])
+    expected, why = known.get(scan.sensor), "as in its scans before"
+    if len(scan) == 0 or expected == size:
+        return known
+    if expected is None and is_alone and (size, dim) == (2, 3):
+        expected, why = 3, "as no other sensor tells heights"
+    if expected is not None:
+        raise InvalidInputError(
+            f"scan of sensor {scan.sensor}: {size} numbers per report; expected {expected}, {why}"
+        )
+    return {**known, scan.sensor: size}
+
+
 def with_dimensions(scan: Scan, sensor: Sensor, dim: int) -> Scan:
     """Return a scan that is empty with as many numbers as the sensor's reports have."""
-    size = sensor.measurement.n_components(dim)
+    return _of_width(scan, sensor.measurement.n_components(dim))
+
+
+def _of_width(scan: Scan, size: int) -> Scan:
+    """Return a scan that is empty with so many numbers to a report."""
     if len(scan) or scan.measurement.shape[1] == size:
         return scan
     return replace(
@@ -223,6 +246,9 @@ def with_dimensions(scan: Scan, sensor: Sensor, dim: int) -> Scan:
 
 def merged(first: Scan, second: Scan, sensor: Sensor) -> Scan:
     """Return a scan with the reports of two of the same sensor and time, the first one's first."""
+    # An empty one has as many numbers as whoever made it thought.
+    size = (first if len(first) else second).measurement.shape[1]
+    first, second = (_of_width(scan, size) for scan in (first, second))
 
     def both(name: str, missing: float) -> FloatArray | None:
         parts = [getattr(scan, name) for scan in (first, second)]

@@ -183,6 +183,8 @@ def _checked_classes(classes: Any) -> list[type]:
 
 def _write(path: Path, content: bytes) -> None:
     """Write a file beside its place, flush it to the disk and rename it into place."""
+    if not path.name:  # of "." and of nothing at all
+        raise OutputError(f"{path}: a directory; expected the path of a file")
     unfinished = path.with_name(f".{path.name}-{os.getpid()}")
     try:
         with unfinished.open("xb") as file:

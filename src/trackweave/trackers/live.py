@@ -16,7 +16,7 @@ from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.models.sensors import Sensor
 from trackweave.solvers.protocol import Solver, Stop
-from trackweave.trackers._arguments import checked_scan, with_dimensions
+from trackweave.trackers._arguments import checked_scan, with_dimensions, with_width
 from trackweave.trackers.checkpoint import Saved
 from trackweave.trackers.clock_guard import Arrival, ClockGuard
 from trackweave.trackers.from_config import from_config
@@ -159,6 +159,7 @@ class ScanByScan(LiveTracker):
     _priors: TrackTable | None
     _dim: int | None
     _used: UsedNumbers
+    _widths: Mapping[str, int]
     _last: Hypothesis | None
     _tree: AssociationTree | None
     _search: Solver
@@ -231,6 +232,9 @@ class ScanByScan(LiveTracker):
         sound = []
         for given in scans:
             scan, self._dim = checked_scan(given, self._sensors, self._dim, self._used)
+            # What priors tell of height nobody else has to.
+            alone = self._priors is None and len(self._sensors) == 1
+            self._widths = with_width(self._widths, scan, self._dim, is_alone=alone)
             likely = self._dim or (self._tree.dim if self._tree else 2)
             sound.append(with_dimensions(scan, self._sensors[scan.sensor], likely))
         return Arrival(tuple(sound))

@@ -144,7 +144,7 @@ class MultiHypothesisTracker(ScanByScan):
         self._guard = ClockGuard.of(max_ahead, self._sensors.values())
         # Until the window is full, what no full one would hold is too late as well.
         self._horizon = self._guard.farthest_back(self._window.depth * self._period)
-        self._used, self._pacer = UsedNumbers(), Pacer()
+        self._used, self._pacer, self._widths = UsedNumbers(), Pacer(), {}
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = checked_flag(unscented, "unscented")
         self._last: Hypothesis | None = None
@@ -230,7 +230,7 @@ class MultiHypothesisTracker(ScanByScan):
         Raises
         ------
         InvalidInputError
-            If an argument is of another kind than it has to be, the sensor is unknown, the number
+            If an argument is of another kind than it has to be, the sensor is unknown, a number
             of dimensions changes or a report's number was used before. After this or any other
             error, such as one of the search or an interrupt, tracker and generator are as they
             were before the step.

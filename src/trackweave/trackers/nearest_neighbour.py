@@ -156,7 +156,7 @@ class NearestNeighbourTracker(ScanByScan):
         # None until priors, a report or a sensor's noise tell it; a tree of before holds nothing.
         self._dim = checked_dim(dim, self._priors, self._sensors)
         self._unscented = checked_flag(unscented, "unscented")
-        self._used = UsedNumbers()
+        self._used, self._widths = UsedNumbers(), {}
         self._last: Hypothesis | None = None
         self._rows: TrackTable | None = None
         self._next_track = 1
