@@ -96,6 +96,20 @@ def test_a_run_and_a_truth_become_any_format_of_tracks(
     assert {feature["properties"]["name"] for feature in true} == {"4ca2d6", "4ca2d7"}
 
 
+@pytest.mark.parametrize("ending", ["csv", "parquet", "jsonl"])
+def test_the_table_of_a_run_is_what_was_known_then(
+    ending: str, run: Run, flight: Path, tmp_path: Path
+) -> None:
+    out, table = tmp_path / "out", tmp_path / f"a.{ending}"
+    assert run("track", flight, "--out", out, "--quiet").exit_code == 0
+    assert run("convert", out, "-o", table).exit_code == 0
+    read = {"csv": pl.read_csv, "parquet": pl.read_parquet, "jsonl": pl.read_ndjson}[ending]
+    found, known = read(table), pl.read_csv(out / "tracks.csv")
+    smoothed = pl.read_csv(out / "history.csv")
+    np.testing.assert_array_equal(found["lat"], known["lat"])
+    assert not np.array_equal(found["lat"], smoothed["lat"])
+
+
 def test_a_runs_table_of_tracks_knows_what_its_reports_told(
     run: Run, flight: Path, tmp_path: Path
 ) -> None:
