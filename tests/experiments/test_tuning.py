@@ -181,6 +181,19 @@ def test_writes_a_configuration_that_track_reads(runs: list, tmp_path: Path) -> 
     assert "The best is candidate 4." in found.report
 
 
+def test_what_sensors_were_told_in_the_search_is_said(runs: list) -> None:
+    given = changed("scenarios.sea.sweep", {"sensors": {"clutter_per_scan": [1, 6]}}, SWEPT)
+    found = tw.tune({**given, "tune": {}})
+    assert found.told["sensors.radar.scan_period"] == ("2.0",)
+    assert len(found.told["sensors.radar.clutter_density"]) == 2
+    text = found.files()["tuned.toml"].decode()
+    assert "\n# sensors.radar.sigma = 5.0\n" in text
+    assert tomllib.loads(text) == found.best
+    silent = tw.tune({**changed("study.tell_sensors", False, SWEPT), "tune": {}})
+    assert silent.told == {}
+    assert "tell_sensors" not in silent.files()["tuned.toml"].decode()
+
+
 def test_noise_is_found_from_reports_alone() -> None:
     told = {"sensors": {"default": {"clutter_density": 8e-6, "detection_probability": 0.9,
                                     "trust": True}}}  # fmt: skip

@@ -53,6 +53,9 @@ class TuningResult:
         objective over them.
     report
         All of it as Markdown.
+    told
+        What simulated sensors were told in the search where the configuration is silent, by its
+        dotted key: each value that some scene has.
 
     Examples
     --------
@@ -65,6 +68,7 @@ class TuningResult:
     preset: str | None
     trials: pl.DataFrame
     report: str
+    told: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         return f"TuningResult: best of {len(self.trials)} candidates, {self.best!r:.200}"
@@ -74,6 +78,13 @@ class TuningResult:
         head = "" if self.preset is None else f"# beside --preset {self.preset}\n"
         lines = [f"{key} = {value}" for key, value in _lines(self.best)]
         lines = lines or ["# Nothing that was tried is better than the usual values."]
+        if self.told:
+            # A recording's sensors are told nothing, unless somebody does it here.
+            lines += [
+                "# By tell_sensors the search told sensors what scenes say. Of others it is",
+                "# estimated unless it is said here as well:",
+            ]
+            lines += [f"# {key} = {' or '.join(values)}" for key, values in self.told.items()]
         return {
             "tuned.toml": f"{head}{chr(10).join(lines)}\n".encode(),
             "trials.csv": encode_table(self.trials, "trials.csv"),
@@ -304,7 +315,21 @@ def _result(search: _Search, log: Log, last: int, used: Sequence[int]) -> Tuning
     ])  # fmt: skip
     configured = study.configurations[name]
     keys_of = merged(configured.values, nested(search.points[best]))
-    return TuningResult(keys_of, configured.preset, trials, report + "\n")
+    told = _told_besides(search, best, keys_of)
+    return TuningResult(keys_of, configured.preset, trials, report + "\n", told)
+
+
+def _told_besides(
+    search: _Search, best: int, keys_of: Mapping[str, Any]
+) -> dict[str, Sequence[str]]:
+    """Return each key that a candidate's runs had beyond its own, with its values as TOML."""
+    each, own = len(search.draws), dict(_lines(keys_of))
+    found: dict[str, dict[str, None]] = {}
+    for job in search.jobs[best * each : (best + 1) * each]:
+        for key, value in _lines(job.values):
+            if key not in own:
+                found.setdefault(key, {})[value] = None
+    return {key: tuple(values) for key, values in found.items()}
 
 
 def _lines(table: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, str]]:
