@@ -143,3 +143,24 @@ def test_a_recording_that_changed_makes_studies_differ(tmp_path: Path) -> None:
         file.write_text(text)
         digests.append(read_study(given).parts["scenarios"])
     assert digests[0] != digests[1]
+
+
+@pytest.mark.parametrize(
+    "sweep",
+    [
+        {"radar": {"clutter_per_scan": [1]}, "clutter_per_scan": [2, 3]},
+        {"clutter_per_scan": [2, 3], "radar": {"clutter_per_scan": [1]}},
+    ],
+)
+def test_a_key_swept_of_all_sensors_and_of_one_is_refused(sweep: dict) -> None:
+    with pytest.raises(
+        InvalidInputError,
+        match=r"sea\.sweep\.sensors\.radar\.clutter_per_scan: swept, and so is "
+        r"sensors\.clutter_per_scan of all sensors; expected one of the two",
+    ):
+        read_study(changed("scenarios.sea.sweep", {"sensors": sweep}))
+
+
+def test_keys_of_all_sensors_and_others_of_one_may_be_swept() -> None:
+    sweep = {"sensors": {"radar": {"clutter_per_scan": [1]}, "sigma": [2, 3]}}
+    assert read_study(changed("scenarios.sea.sweep", sweep)).runs() == 8

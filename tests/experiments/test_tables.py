@@ -8,10 +8,11 @@ from scipy import stats
 
 from oracles.small_study import STUDY, changed
 from trackweave.experiments.cases import Case, cases_of
-from trackweave.experiments.report import figures_of, report_of
+from trackweave.experiments.report import figures_of, report_of, unmeasured
 from trackweave.experiments.study_file import MEASURES, StudyPlan, read_study
 from trackweave.experiments.tables import differences_of, runs_table, summary_of
 from trackweave.io.encoding import encode_table
+from trackweave.studies.writing import text_table
 
 
 def measured(study: StudyPlan, fail: int | None = None) -> tuple[list[Case], dict[int, dict]]:
@@ -185,6 +186,36 @@ def test_simulated_draws_that_come_out_alike_stay_draws() -> None:
     own = summary_of(runs_table(study, cases, found)[0], study).filter(metric="gospa")
     assert own["draws"].unique().to_list() == [5]
     assert own["low"].to_list() == own["high"].to_list() == [0.0] * 4
+
+
+def test_what_needs_a_truth_that_is_not_there_is_told(tmp_path: Path) -> None:
+    study = recorded(tmp_path)
+    cases, found = measured(study)
+    for run in found.values():
+        run["measures"]["gospa"] = None
+    runs, _ = runs_table(study, cases, found)
+    (note,) = unmeasured(study, runs)
+    assert note.startswith("gospa, idf1: not measured in any run of scenario rec, which has no tr")
+    assert note.endswith("`metrics` that need none: reports, tracks, mean_gap, log_likelihood.")
+
+
+def test_intervals_end_where_the_measure_does() -> None:
+    study = read_study(changed("study.seeds", 2))
+    cases, found = measured(study)
+    for number, case in enumerate(cases):
+        found[number]["measures"] |= {"idf1": (0.6, 1.0)[case.seed], "gospa": 9.0 * case.seed,
+                                      "mota": (-1.0, 0.9)[case.seed]}  # fmt: skip
+    table = summary_of(runs_table(study, cases, found)[0], study)
+    ends = {row["metric"]: (row["low"], row["high"]) for row in table.iter_rows(named=True)}
+    assert (ends["idf1"][1], ends["gospa"][0], ends["mota"][1]) == (1.0, 0.0, 1.0)
+    assert ends["gospa"][1] > 9.0
+    assert ends["mota"][0] < -1.0
+
+
+def test_a_name_with_a_bar_stays_one_cell() -> None:
+    text = text_table(["a|b", "c"], [["x|y", 1.0]])
+    assert text.splitlines()[0] == r"| a\|b | c |"
+    assert text.splitlines()[2] == r"| x\|y | 1 |"
 
 
 def test_a_swept_key_of_several_kinds_is_text() -> None:

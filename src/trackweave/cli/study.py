@@ -29,11 +29,16 @@ def run_study_file(
         [
             (
                 ", ".join(str(row[name]) for name in points if row[name] is not None),
-                f"{shown(row['mean'])} ({shown(row['low'])} to {shown(row['high'])})",
+                shown(row["mean"])
+                + (
+                    "" if row["low"] is None else f" ({shown(row['low'])} to {shown(row['high'])})"
+                ),
             )
             for row in first.head(MOST_ROWS).iter_rows(named=True)
         ],
     )
+    for note in found.notes:
+        voice.say(note)
     voice.say(f"{len(found.runs):,} runs, {failed:,} of them failed: {out / 'report.md'}")
     if failed == len(found.runs):
         why = found.runs["error"][0]
@@ -42,6 +47,7 @@ def run_study_file(
         "runs": len(found.runs),
         "failed": failed,
         "summary": first.to_dicts(),
+        "notes": list(found.notes),
         "report": str(out / "report.md"),
         "time_s": perf_counter() - begin,
         "out": str(out),

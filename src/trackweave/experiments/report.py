@@ -6,12 +6,12 @@ from typing import Any
 import numpy as np
 import polars as pl
 
-from trackweave.experiments.study_file import StudyPlan
+from trackweave.experiments.study_file import OF_ITSELF, StudyPlan
 from trackweave.experiments.tables import averaged, group_keys, recordings_of
 from trackweave.plotting.panels_of_curves import Panel, SpreadCurve, picture_of_panels
 from trackweave.studies.writing import text_table
 
-__all__ = ["figures_of", "report_of"]
+__all__ = ["figures_of", "report_of", "unmeasured"]
 
 MOST_ROWS = 200
 """A longer table is in its file alone."""
@@ -57,6 +57,7 @@ def report_of(
         "reports. Intervals are of 95 %, by Student's t over draws." + _alone(study, summary),
         "## Means",
         _wide(summary.filter(pl.col("metric").is_in(plan.metrics)), keys, "mean", plan.metrics),
+        *unmeasured(study, runs),
     ]
     if len(differences):
         parts += [
@@ -79,6 +80,24 @@ def report_of(
             text_table([*keys, "piece", "seed", "error"], rows),
         ]
     return "\n\n".join(parts) + "\n"
+
+
+def unmeasured(study: StudyPlan, runs: pl.DataFrame) -> list[str]:
+    """Return a sentence for each scenario of which a measure to be shown was never found."""
+    notes = []
+    for name, scene in study.scenes.items():
+        own = runs.filter(pl.col("scenario") == name, pl.col("error").is_null())
+        missing = [each for each in study.plan.metrics if own[each].null_count() == len(own)]
+        if not missing or own.is_empty():
+            continue
+        why = f"{', '.join(missing)}: not measured in any run of scenario {name}"
+        if scene.reports is not None and scene.truth is None:
+            why += (
+                f", which has no truth; expected `truth` beside its `reports`, or `metrics` that "
+                f"need none: {', '.join(OF_ITSELF)}"
+            )
+        notes.append(f"{why}.")
+    return notes
 
 
 def _alone(study: StudyPlan, summary: pl.DataFrame) -> str:

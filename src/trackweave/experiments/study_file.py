@@ -18,15 +18,18 @@ from trackweave.metrics import Evaluation
 from trackweave.toml_file import read_toml
 
 __all__ = [
-    "LIKELIHOOD", "MEASURES", "Configured", "Plan", "Scene", "StudyPlan", "Tuning", "read_study",
+    "LIKELIHOOD", "MEASURES", "OF_ITSELF", "Configured", "Plan", "Scene", "StudyPlan", "Tuning",
+    "read_study",
 ]  # fmt: skip
 
 _SETTINGS = ("cutoff", "order", "window", "targets")
 LIKELIHOOD = "log_likelihood"
 """The measure that needs no truth."""
+OF_ITSELF = ("reports", "tracks", "mean_gap", LIKELIHOOD)
+"""What is measured of a run by itself."""
 MEASURES = (
     *(field.name for field in fields(Evaluation) if field.name not in _SETTINGS),
-    "reports", "tracks", "mean_gap", LIKELIHOOD,
+    *OF_ITSELF,
 )  # fmt: skip
 """What is measured of each run: what ``evaluate`` finds where there is truth, and of the run."""
 _MEASURE = Key(f"one of {', '.join(MEASURES)}", words=MEASURES)
@@ -289,7 +292,23 @@ def _scene(values: Mapping[str, Any], folder: Path, where: str) -> Scene:
     if table is None:
         table = read_toml(folder / values["file"], "a scenario")
     # Scenarios have a value for nearly each key, which the sweep replaces.
-    return Scene(table, sweeps_of(values.get("sweep", {}), {}, f"{where}.sweep"))
+    sweep = sweeps_of(values.get("sweep", {}), {}, f"{where}.sweep")
+    _require_apart(sweep, f"{where}.sweep")
+    return Scene(table, sweep)
+
+
+def _require_apart(sweep: Sweep, where: str) -> None:
+    """Refuse a key that is swept of all sensors and of one, whose values would hide the others."""
+    for path in sweep.keys:
+        for of_all in sweep.keys:
+            # sensors.NAME.KEY beside sensors.KEY, or a key within either.
+            own, common = path[2:], of_all[1:]
+            shared = min(len(own), len(common))
+            if path[0] == of_all[0] == "sensors" and shared and own[:shared] == common[:shared]:
+                raise InvalidInputError(
+                    f"{where}.{'.'.join(path)}: swept, and so is {'.'.join(of_all)} of all "
+                    "sensors; expected one of the two"
+                )
 
 
 def _configured(values: Mapping[str, Any], folder: Path, where: str) -> Configured:

@@ -10,7 +10,7 @@ import polars as pl
 from trackweave.engine import engine_of
 from trackweave.errors import InvalidInputError
 from trackweave.experiments.cases import cases_of, jobs_of
-from trackweave.experiments.report import figures_of, report_of
+from trackweave.experiments.report import figures_of, report_of, unmeasured
 from trackweave.experiments.running import LOG, Log, Progress, record_of, run_jobs
 from trackweave.experiments.study_file import StudyPlan, read_study
 from trackweave.experiments.tables import differences_of, runs_table, summary_of
@@ -47,6 +47,8 @@ class StudyResult:
         Measures that the report shows, the most important first.
     figures
         Pictures (PNG) by file name.
+    notes
+        Which measures could not be had, and why.
 
     Examples
     --------
@@ -62,6 +64,7 @@ class StudyResult:
     report: str
     metrics: tuple[str, ...] = ()
     figures: Mapping[str, bytes] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         failed = int(self.runs["error"].is_not_null().sum())
@@ -136,7 +139,8 @@ def study(  # noqa: PLR0913 the one function that users call with everything
               "differences": differences_of(runs, planned)}  # fmt: skip
     figures = figures_of(planned, runs, timing)
     found = StudyResult(**tables, report=report_of(planned, tables, list(figures)),
-                        metrics=planned.plan.metrics, figures=figures)  # fmt: skip
+                        metrics=planned.plan.metrics, figures=figures,
+                        notes=tuple(unmeasured(planned, runs)))  # fmt: skip
     if place is not None:
         kept = (place.path / LOG).read_bytes()
         place.write({**found.files(), LOG: kept}, {**record_of(planned), "complete": True})

@@ -30,7 +30,8 @@ def numbers(table: Table, name: str, **where: object) -> FloatArray:
 
 def text_table(header: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     """Return a table as Markdown; numbers with three digits that count, None as a dash."""
-    lines = [header, ["---"] * len(header), *([_shown(cell) for cell in row] for row in rows)]
+    head = [_shown(cell) for cell in header]
+    lines = [head, ["---"] * len(head), *([_shown(cell) for cell in row] for row in rows)]
     return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
@@ -58,4 +59,6 @@ def claims_text(claims: Sequence["Claim"]) -> str:
 def _shown(cell: Any) -> str:
     if cell is None:
         return "–"
-    return f"{cell:.4g}" if isinstance(cell, float) else str(cell)
+    # A bar would end the cell, and a line the row.
+    text = f"{cell:.4g}" if isinstance(cell, float) else " ".join(str(cell).split("\n"))
+    return text.replace("|", r"\|")
