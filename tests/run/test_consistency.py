@@ -63,6 +63,15 @@ def test_refuses_positions_in_kilometres_beside_speeds_in_metres() -> None:
         require_agreement({"A": table(), "B": wrong})
 
 
+@pytest.mark.parametrize("metres", [111_320.0, 60_000.0])
+def test_refuses_degrees_beside_speeds_in_metres(metres: float) -> None:
+    wrong = scaled(table("b.csv"), 1.0 / metres, speeds=False)
+    with pytest.raises(
+        DataFormatError, match=r"b\.csv, columns x and vx: .* as degrees do; expected metres"
+    ):
+        require_agreement({"A": table(), "B": wrong})
+
+
 def test_a_sensor_that_sees_a_small_part_is_no_mistake_of_units() -> None:
     near = sensor_table(np.random.default_rng(2), {1: (0.0, 0.0), 2: (5.0, 5.0)}, TIMES)
     assert require_agreement({"A": table(), "B": read_local_tracks(near)}) is None

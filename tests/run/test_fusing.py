@@ -155,6 +155,17 @@ def test_a_sensor_that_sees_nothing_or_only_false_tracks_loses_nothing() -> None
     assert found.run["totals"]["objects"] == 6
 
 
+def test_objects_are_counted_that_did_not_turn_out_to_be_others() -> None:
+    # In its first row the other sensor is off, so that its tracks begin objects of their own.
+    late = table(2, TURNED).with_columns(
+        x=pl.when(pl.col("time") == 0.0).then(pl.col("x") + 90.0).otherwise(pl.col("x"))
+    )
+    found = fused(table(1, PLACES), late)
+    totals = found.run["totals"]
+    assert (totals["names"], totals["merged"]) == (found.tracks["track"].n_unique(), 4)
+    assert (totals["objects"], totals["names"]) == (4, 8)
+
+
 @pytest.mark.parametrize("tracks", ["a.csv", 3])
 def test_refuses_what_are_not_several_tables(tracks: Any) -> None:
     with pytest.raises(InvalidInputError, match="tracks"):

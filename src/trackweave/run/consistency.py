@@ -17,6 +17,8 @@ Tables = Mapping[str, LocalTracks]
 
 THOUSAND = (250.0, 4000.0)
 """Ratios that a unit a thousand times larger explains, and hardly anything else."""
+DEGREES = (25_000.0, 120_000.0)
+"""How many metres a degree may be: of latitude, or of longitude as far north as ships go."""
 SAME_SCALE = 0.02
 """How far distances on one plane may be from those on another, as a share."""
 
@@ -73,15 +75,27 @@ def _require_overlap(tables: Tables) -> None:
 
 def _require_speeds(table: LocalTracks) -> None:
     """Refuse tracks that move a thousand times as far as their velocities say, or as little."""
+    # Or as much less as a degree has metres, where positions can be degrees.
     moved, said = _ways(table.tracks)
     if said == 0.0 or moved == 0.0:
         return
     ratio = moved / said
+    if DEGREES[0] <= 1.0 / ratio <= DEGREES[1] and _may_be_degrees(table.tracks):
+        raise DataFormatError(
+            f"{table.name}, columns x and vx: tracks move {ratio:.3g} times as far as their "
+            "velocities say, as degrees do; expected metres and metres per second, and degrees "
+            "in lat and lon"
+        )
     if THOUSAND[0] <= max(ratio, 1.0 / ratio) <= THOUSAND[1]:
         raise DataFormatError(
             f"{table.name}, columns x and vx: tracks move {ratio:.3g} times as far as their "
             "velocities say; expected metres and metres per second"
         )
+
+
+def _may_be_degrees(tracks: TrackTable) -> bool:
+    place = np.abs(tracks.mean[:, :2])
+    return bool(place.max() <= 360.0 and place.min(axis=1).max() <= 90.0)
 
 
 def _ways(tracks: TrackTable) -> tuple[float, float]:

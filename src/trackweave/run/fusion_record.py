@@ -162,6 +162,23 @@ def _registered(found: Registration) -> dict[str, Any]:
     }
 
 
+def _remaining(tracks: TrackTable, log: FusionLog) -> int:
+    """Return how many objects there were but for those that turned out to be others."""
+    number, place = np.unique(tracks.track, return_inverse=True)
+    last = np.full(number.size, -np.inf)
+    np.maximum.at(last, place.reshape(-1), tracks.time)
+    merged = {
+        other: change["time"]
+        for change in log.changes
+        if change["kind"] == "merged"
+        for other in change["others"]
+    }
+    return sum(
+        end >= merged.get(own, -np.inf)
+        for own, end in zip(number.tolist(), last.tolist(), strict=True)
+    )
+
+
 def _totals(
     tables: Mapping[str, LocalTracks], values: "FusionValues", log: FusionLog
 ) -> dict[str, Any]:
@@ -169,7 +186,8 @@ def _totals(
     return {
         "sensors": len(tables),
         "local_tracks": sum(np.unique(table.tracks.track).size for table in tables.values()),
-        "objects": int(np.unique(values.tracks.track).size),
+        "objects": _remaining(values.tracks, log),
+        "names": int(np.unique(values.tracks.track).size),
         "common_objects": len(log.pairings.common),
         "updates": len(log.scans),
         "merged": kinds.count("merged"),
