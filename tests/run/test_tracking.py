@@ -259,6 +259,11 @@ def test_a_history_has_one_row_for_each_track_and_scan() -> None:
     assert set(result.history["status"].to_list()) == {"confirmed"}
 
 
+def test_says_that_priors_hold_no_tracks() -> None:
+    notes = tracked(pl.DataFrame(columns()), priors=trackweave.TrackTable.empty(2)).run["notes"]
+    assert notes == ["priors: no tracks in them; the run began as without priors"]
+
+
 def test_refuses_priors_of_another_dimension() -> None:
     priors = trackweave.TrackTable(
         time=np.zeros(1),

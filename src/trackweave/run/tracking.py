@@ -14,6 +14,7 @@ from trackweave.config.fill import Settings
 from trackweave.config.learned import learned_sources
 from trackweave.config.presets import preset_notes
 from trackweave.domain.reports import ReportTable
+from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
 from trackweave.formats.reading import is_recording, load
 from trackweave.io.encoding import to_native
@@ -172,7 +173,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
             progress,
         )
         (rows, log, assigned), table, course = done, attempt.table, attempt.course
-        notes = *heights.notes(), *registration.notes(), *pieces.notes()
+        notes = *heights.notes(), *registration.notes(), *pieces.notes(), *_note_on_none(begun)
         notes = *notes, *attempt.settings.notes, *course.notes, *log.notes()
         notes = (*notes, *(regions.notes if regions else ()))
         settings = registration.entered(pieces.entered(doubts.entered(attempt.settings)))
@@ -213,6 +214,13 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"
     )
     return _handed_back(record, values, (reports, config, priors), came)
+
+
+def _note_on_none(priors: TrackTable | None) -> list[str]:
+    """Return a sentence on priors of which there are none, as in a file with a header alone."""
+    if priors is None or len(priors):
+        return []
+    return ["priors: no tracks in them; the run began as without priors"]
 
 
 def _of_all(

@@ -24,6 +24,21 @@ def test_less_than_half_in_tracks_is_said_with_what_to_look_at(
         assert "sigma, max_speed, clutter and detection_probability" in each.sentence
 
 
+@pytest.mark.parametrize(("depth", "is_named"), [(1, True), (2, True), (3, False)])
+def test_a_window_of_fewer_scans_than_confirm_a_track_is_named(depth: int, is_named: bool) -> None:
+    time = np.arange(100.0)
+    case = case_of(positions(list(time), np.c_[time, time % 7]))
+    settings = case.settings
+    settings = replace(
+        settings,
+        window=replace(settings.window, depth=depth),
+        sources={**settings.sources, "window.depth": "file"},
+    )
+    (found,) = few_assigned(replace(case, settings=settings))
+    said = f"look first at window.depth = {depth}, which holds fewer scans than the 3 reports"
+    assert (said in found.sentence) == is_named
+
+
 def test_false_alarms_explain_it_only_where_they_are_told() -> None:
     time = np.arange(100.0)
     reports = positions(list(time), np.c_[time, time % 7])

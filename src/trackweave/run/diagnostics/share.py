@@ -73,6 +73,12 @@ def _where_to_look(case: Case) -> str:
         return "look at the times: all reports are of one, and tracks take several"
     own = [each for each in OF_BEGINNINGS if case.is_told(f"lifecycle.{each}")]
     told = f"{' and '.join(own)} that are told, then at " if own else ""
+    depth, needed = case.settings.window.depth, case.settings.lifecycle.confirm_hits
+    if case.is_told("window.depth") and depth < needed:
+        told = (
+            f"window.depth = {depth}, which holds fewer scans than the {needed} reports by which "
+            f"tracks are confirmed, then at {told}"
+        )
     return (
         f"look first at {told}sigma, max_speed, clutter and detection_probability, then at "
         "scan_period and field_of_view, and at the sensors' positions, times and units"
