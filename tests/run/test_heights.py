@@ -210,3 +210,11 @@ def test_a_radar_that_stands_far_off_tells_heights_all_the_same():
     apart = np.subtract(places["north"], places["west"])
     np.testing.assert_allclose(apart, [20e3, 70e3], atol=150.0)
     assert finding.n_filled > 0.5 * len(bare)
+
+
+def test_where_no_track_is_long_enough_no_heights_are_found():
+    seen = sky(minutes=0.3, n_aircraft=60, names=("east", "north"))
+    table = read_reports(seen.drop("height_m", "target", "report"))
+    where = load_configuration(told(("east", "north")))
+    heights = found_heights(table, where, elsewhere=True)
+    assert (heights.found, heights.n_filled) == (None, 0)

@@ -102,6 +102,8 @@ def found_heights(
         return nothing
     seen, _ = followed
     rows = np.flatnonzero(seen.track >= 0)
+    if not rows.size:
+        return nothing
     level = platforms_of(reports, positions_in(reports, configuration))[:, 2]
     # What is told to be wrong with a sensor is no height.
     sightings = seen.part(seen.track >= 0).without(told_biases(reports, configuration.sensor))
