@@ -3,7 +3,7 @@
 import numpy as np
 import polars as pl
 from invented_scenes import NOBODY
-from invented_sea import azimuth_of, unit
+from invented_sea import azimuth_of, by_time, unit
 
 MINUTES, PERIOD = 6, 4.0
 RADAR = {"position": [0.0, 0.0]}
@@ -33,16 +33,16 @@ def receiver(rng: np.random.Generator) -> pl.DataFrame:
         for azimuth_deg in rng.uniform(0, 360, rng.poisson(8)):
             far = 1.1e5 * np.sqrt(rng.random())
             when = (turn + azimuth_deg / 360) * PERIOD + LATE
-            rows.append((when, "radar", far, azimuth_deg, None, None, None, None, -1))
+            rows.append((when, "radar", far, azimuth_deg, None, None, None, None, NOBODY))
     for one in range(30):
         time = rng.uniform(0, 1)
         while time < 60 * MINUTES:
             x, y = start[one] + time * way[one] + rng.normal(0, 15, 2)
             if rng.random() < 0.85:
-                rows.append((time, "adsb", None, None, x, y, height[one], f"A{one}", one))
+                rows.append((time, "adsb", None, None, x, y, height[one], f"A{one}", f"o{one}"))
             time += rng.uniform(0.8, 1.2)
     names = ["range_m", "azimuth_deg", "x", "y", "height_m", "identity"]
-    return _by_time(rows, ["time", "sensor", *names, "target"])
+    return by_time(rows, ["time", "sensor", *names, "target"])
 
 
 def unnamed(rng: np.random.Generator) -> pl.DataFrame:
@@ -59,9 +59,9 @@ def rooms(rng: np.random.Generator) -> pl.DataFrame:
             if rng.random() < 0.08:
                 room = np.clip(room + rng.integers(-1, 2, 2), 0, 4)
             told = np.clip(room + rng.integers(-1, 2, 2) * (rng.random(2) < 0.06), 0, 4)
-            rows.append((time, *(8.0 * told), f"b{badge}", badge))
+            rows.append((time, *(8.0 * told), f"b{badge}", f"o{badge}"))
             time += rng.uniform(2, 4)
-    return _by_time(rows, ["time", "x", "y", "identity", "target"])
+    return by_time(rows, ["time", "x", "y", "identity", "target"])
 
 
 def renamed(rng: np.random.Generator) -> pl.DataFrame:
@@ -72,21 +72,13 @@ def renamed(rng: np.random.Generator) -> pl.DataFrame:
         while time < 900:
             if time > until:
                 number, until = number + 1, time + rng.uniform(120, 300)
-            rows.append((time, *(place + rng.normal(0, 2, 2)), f"n{number}", person))
+            rows.append((time, *(place + rng.normal(0, 2, 2)), f"n{number}", f"o{person}"))
             wait, left = rng.uniform(2, 6), goal - place
             far = np.hypot(*left)
             place = goal if far < 1.2 * wait else place + 1.2 * wait * left / far
             goal = rng.uniform(0, 120, 2) if far < 1.2 * wait else goal
             time += wait
-    return _by_time(rows, ["time", "x", "y", "identity", "target"])
-
-
-def _by_time(rows: list[tuple], names: list[str]) -> pl.DataFrame:
-    table = pl.DataFrame(rows, names, orient="row", infer_schema_length=None).sort("time")
-    target = pl.col("target")
-    return table.with_columns(
-        pl.when(target < 0).then(pl.lit(NOBODY)).otherwise(target.cast(pl.String)).alias("target")
-    )
+    return by_time(rows, ["time", "x", "y", "identity", "target"])
 
 
 NAMED = {

@@ -36,7 +36,7 @@ def sea(rng: np.random.Generator) -> pl.DataFrame:
             azimuth = (float(azimuth_of(at)) + rng.normal(0, 0.5)) % 360
             away = float(np.hypot(*at)) + rng.normal(0, 12)
             rows.append((PERIOD * (turn + azimuth / 360), "coast", away, azimuth, name))
-    return _by_time(rows, ["time", "sensor", "range_m", "azimuth_deg", "target"])
+    return by_time(rows, ["time", "sensor", "range_m", "azimuth_deg", "target"])
 
 
 def buoys(rng: np.random.Generator) -> pl.DataFrame:
@@ -84,11 +84,13 @@ def _bearings(
         names = [*(f"o{each}" for each in seen), *([NOBODY] * false.size)]
         for name, angle in zip(names, [*angles, *false], strict=True):
             rows.append((told, f"b{number}", angle % 360, *places[number], name))
-    return _by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
+    return by_time(rows, ["time", "sensor", "bearing_deg", "sensor_x", "sensor_y", "target"])
 
 
-def _by_time(rows: list[tuple], names: list[str]) -> pl.DataFrame:
-    return pl.DataFrame(rows, schema=names, orient="row").sort("time", maintain_order=True)
+def by_time(rows: list[tuple], names: list[str]) -> pl.DataFrame:
+    """Return rows as a table in order of time."""
+    table = pl.DataFrame(rows, schema=names, orient="row", infer_schema_length=None)
+    return table.sort("time", maintain_order=True)
 
 
 SEA = {

@@ -199,19 +199,6 @@ def test_what_needs_a_truth_that_is_not_there_is_told(tmp_path: Path) -> None:
     assert note.endswith("`metrics` that need none: reports, tracks, mean_gap, log_likelihood.")
 
 
-def test_intervals_end_where_the_measure_does() -> None:
-    study = read_study(changed("study.seeds", 2))
-    cases, found = measured(study)
-    for number, case in enumerate(cases):
-        found[number]["measures"] |= {"idf1": (0.6, 1.0)[case.seed], "gospa": 9.0 * case.seed,
-                                      "mota": (-1.0, 0.9)[case.seed]}  # fmt: skip
-    table = summary_of(runs_table(study, cases, found)[0], study)
-    ends = {row["metric"]: (row["low"], row["high"]) for row in table.iter_rows(named=True)}
-    assert (ends["idf1"][1], ends["gospa"][0], ends["mota"][1]) == (1.0, 0.0, 1.0)
-    assert ends["gospa"][1] > 9.0
-    assert ends["mota"][0] < -1.0
-
-
 def test_a_name_with_a_bar_stays_one_cell() -> None:
     text = text_table(["a|b", "c"], [["x|y", 1.0]])
     assert text.splitlines()[0] == r"| a\|b | c |"

@@ -23,7 +23,7 @@ from trackweave.estimation.lone import LoneReports, judged, lone_reports, middle
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
-from trackweave.estimation.renaming import with_renamings
+from trackweave.estimation.renaming import renaming_share
 from trackweave.estimation.single_object import single_object
 from trackweave.estimation.threads import Threads
 from trackweave.estimation.trees import ball_volume
@@ -159,7 +159,7 @@ def _found(
     error = identity_error(reports, sensor[0])
     if error is None:
         return found
-    error = with_renamings(reports, sensor[0], error)
+    error += renaming_share(reports, sensor[0])
     return replace(found, sensor=replace(found.sensor, identity_error=digits(error)))
 
 

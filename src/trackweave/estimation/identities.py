@@ -7,7 +7,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.place_spacing import spacing_of_places
 
-__all__ = ["identity_error", "identity_threads", "note_on_identities"]
+__all__ = ["by_identity", "identity_error", "identity_threads", "note_on_identities"]
 
 # A step is absurd that is so many times as long, and as fast, as the steps before and after it.
 ABSURD, BESIDE = 6.0, 3
@@ -52,7 +52,7 @@ def identity_error(reports: ReportTable, sensor: int) -> float | None:
     if rows.size == 0:
         return None
     assert reports.identity is not None
-    order = _by_identity(reports, rows)
+    order = by_identity(reports, rows)
     again = reports.identity[order[1:]] == reports.identity[order[:-1]]
     # Where most come once they are numbers of reports, and where most of one identity are at many
     # places at once it says "unknown": neither names an object.
@@ -98,7 +98,7 @@ def identity_threads(reports: ReportTable, rows: IntArray) -> list[IntArray] | N
     if rows.size == 0 or np.count_nonzero(named) < LEAST_NAMED * rows.size:
         return None
     assert reports.identity is not None
-    order = _by_identity(reports, rows[named])
+    order = by_identity(reports, rows[named])
     absurd = _is_absurd(reports, order)
     place = np.full(len(reports), -1, dtype=np.int64)
     place[rows] = np.arange(rows.size)
@@ -139,8 +139,8 @@ def _named(reports: ReportTable) -> NDArray[np.bool_]:
     return np.asarray(reports.identity >= 0)
 
 
-def _by_identity(reports: ReportTable, rows: IntArray) -> IntArray:
-    """Return some rows by identity, each one's in order of time."""
+def by_identity(reports: ReportTable, rows: IntArray) -> IntArray:
+    """Return rows that are named by identity, each one's in order of time."""
     assert reports.identity is not None
     return rows[np.lexsort((reports.time[rows], reports.identity[rows]))]
 

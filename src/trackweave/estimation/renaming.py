@@ -4,8 +4,9 @@ import numpy as np
 
 from trackweave.arrays import IntArray
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.identities import by_identity
 
-__all__ = ["renamings", "with_renamings"]
+__all__ = ["renaming_share"]
 
 # A name begins anew within so many usual waits, at once or after a short silence, as far off as
 # all but a share of steps are fast.
@@ -19,16 +20,8 @@ MOST_NAMES = 5000
 UNSEEN, MOST_CHANGING = 5.0, 0.05
 
 
-def with_renamings(reports: ReportTable, sensor: int, error: float) -> float:
-    """Return how often reports are another's, or under another name than the one before."""
-    assert reports.identity is not None
-    count = np.count_nonzero((reports.sensor == sensor) & (reports.identity >= 0))
-    changes = UNSEEN * renamings(reports, sensor) / max(int(count), 1)
-    return error + min(changes, MOST_CHANGING)
-
-
-def renamings(reports: ReportTable, sensor: int) -> float:
-    """Return how often an object of a sensor goes on under another identity.
+def renaming_share(reports: ReportTable, sensor: int) -> float:
+    """Return how often an object's report is under another identity than the one before it.
 
     Parameters
     ----------
@@ -39,12 +32,13 @@ def renamings(reports: ReportTable, sensor: int) -> float:
 
     Returns
     -------
-    How many changes of names its reports show; 0 where chance makes as many.
+    A share; 0 where chance makes as many names begin where others end.
     """
     if reports.identity is None:
         return 0.0
-    rows = np.flatnonzero((reports.sensor == sensor) & (reports.identity >= 0))
-    rows = rows[np.lexsort((reports.time[rows], reports.identity[rows]))]
+    rows = by_identity(
+        reports, np.flatnonzero((reports.sensor == sensor) & (reports.identity >= 0))
+    )
     same = np.diff(reports.identity[rows]) == 0
     wait = np.diff(reports.time[rows])[same]
     step = np.linalg.norm(np.diff(reports.measurement[rows], axis=0)[same], axis=1)
@@ -54,7 +48,8 @@ def renamings(reports: ReportTable, sensor: int) -> float:
     speed = float(np.quantile(step / wait, FASTEST))
     ends = rows[np.r_[True, ~same]][:MOST_NAMES], rows[np.r_[~same, True]][:MOST_NAMES]
     usual = float(np.median(wait))
-    return max(_more_after(reports, ends, (within * usual, speed)) for within in WITHIN)
+    changes = max(_more_after(reports, ends, (within * usual, speed)) for within in WITHIN)
+    return min(UNSEEN * changes / rows.size, MOST_CHANGING)
 
 
 def _more_after(

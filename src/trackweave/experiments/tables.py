@@ -2,14 +2,13 @@
 
 import json
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import polars as pl
 
 from trackweave.experiments.cases import Case
-from trackweave.experiments.study_file import LIKELIHOOD, MEASURES, StudyPlan
+from trackweave.experiments.study_file import MEASURES, StudyPlan
 from trackweave.experiments.sweeps import Path
 from trackweave.studies.judging import Interval, mean_of
 from trackweave.studies.writing import numbers
@@ -23,13 +22,6 @@ TIMES = ("cpu_s", "all_cpu_s", "wall_s")
 REPLICATE = ("piece", "seed")
 """What tells draws of the same points apart: configurations share them."""
 OF_BASELINE = " of baseline"
-BELOW_NOTHING = frozenset({"mota", "report_mota", LIKELIHOOD})
-"""Of all other measures none is below 0."""
-UP_TO_ONE = frozenset({
-    "covered", "mota", "idf1", "idp", "idr", "hota", "deta", "assa", "loca", "right_share",
-    "report_idf1", "report_purity", "report_mota",
-})  # fmt: skip
-"""Shares, and what is 1 where nothing is wrong."""
 
 
 def runs_table(
@@ -120,9 +112,7 @@ def summary_of(runs: pl.DataFrame, study: StudyPlan) -> pl.DataFrame:
     for point, own in runs.group_by(keys, maintain_order=True):
         failed = own["error"].is_not_null().sum()
         for metric in _measured(runs):
-            rows.append(
-                (*point, metric, *_ends(_within(averaged(own, metric, same), metric)), failed)
-            )
+            rows.append((*point, metric, *_ends(averaged(own, metric, same)), failed))
     return _rows(runs, keys, rows, ("metric", "mean", "low", "high", "draws", "failed"))
 
 
@@ -147,16 +137,6 @@ def differences_of(runs: pl.DataFrame, study: StudyPlan) -> pl.DataFrame:
         for metric in metrics:
             rows.append((*point, metric, *_ends(averaged(own, metric, same))))
     return _rows(runs, keys, rows, ("metric", "difference", "low", "high", "draws"))
-
-
-def _within(found: Interval, metric: str) -> Interval:
-    """Return a mean whose interval ends where the measure does."""
-    low, high = found.low, found.high
-    if metric not in BELOW_NOTHING:
-        low = max(low, 0.0) if np.isfinite(low) else low
-    if metric in UP_TO_ONE:
-        high = min(high, 1.0) if np.isfinite(high) else high
-    return replace(found, low=low, high=high)
 
 
 def _measured(runs: pl.DataFrame) -> list[str]:

@@ -49,8 +49,7 @@ USUAL_MISSES = 5
 MOST_BEFORE = 500
 """So many scans of a sensor are known to those that follow, sectors of a turn each by itself."""
 LEAST_SHARE = 0.02
-"""Of a scan, that a report which comes by itself is: a window of as many as there are would grow
-by each of them."""
+"""A report that comes by itself is this share of a scan at least, or a window holds thousands."""
 MOST_TURNED = 1.1
 """Ends of sweeps that follow one another lie at most so many turns apart; no motor is exact."""
 
@@ -99,21 +98,22 @@ class ScanPreparation:
             period=self._period,
         )
         data, order = scan_input(scan, sensor, 0.0, context)
-        share = self._share(scan, sensor, context.start)
+        share = self._share(data, scan.sensor, sensor.rotation, context.start)
         repeat = self._repeats(data, sensor)
         return OpenScan(scan, data, scan.report[order], np.zeros(len(scan)), repeat, share)
 
-    def _share(self, scan: Scan, sensor: Sensor, start: float | None) -> float:
+    def _share(
+        self, data: ScanInput, name: str, rotation: Rotation | None, start: float | None
+    ) -> float:
         """Return how much of a scan it is: a sector, or what comes by itself beside scans."""
-        rotation = sensor.rotation
         if rotation is not None and start is not None:
-            turns = float(rotation.turned(scan.time) - rotation.turned(start))
+            turns = float(rotation.turned(data.time) - rotation.turned(start))
             return min(1.0, max(1e-3, turns))
-        if sensor.tells_silence(len(scan)) or not self._is_periodic:
+        if data.is_silence_telling or not self._is_periodic:
             return 1.0
-        last = self._ends.get(scan.sensor, -np.inf)
-        self.pass_over(scan.sensor, scan.time)
-        return min(1.0, max(LEAST_SHARE, (scan.time - last) / self._period))
+        last = self._ends.get(name, -np.inf)
+        self.pass_over(name, data.time)
+        return min(1.0, max(LEAST_SHARE, (data.time - last) / self._period))
 
     def _repeats(self, data: ScanInput, sensor: Sensor) -> FloatArray:
         """Return what each report says for a false alarm that came again [nats]."""
