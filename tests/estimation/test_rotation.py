@@ -146,6 +146,26 @@ def test_a_crowd_in_one_direction_does_not_hide_a_turn_of_loose_stamps() -> None
     assert (found.period, found.direction) == (pytest.approx(4.0, rel=1e-3), 1)
 
 
+@pytest.mark.parametrize("period", [2.0, 2.5, 3.1])
+def test_stamps_may_be_so_coarse_that_two_are_of_a_turn(period: float) -> None:
+    truth = Rotation(period, 0.3, 1)
+    time, azimuth = plots(truth, n_turns=200, n_objects=20, start=1.62e9, odd=0.03)
+    found = loose_rotation_of(np.floor(time), azimuth)
+    assert found is not None
+    assert (found.period, found.direction) == (pytest.approx(period, rel=1e-3), 1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_slots_of_whole_seconds_are_no_turn(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    place, way = rng.uniform(-5e3, 5e3, (20, 1, 2)), rng.normal(0, 5, (20, 1, 2))
+    time = rng.uniform(0, 3, (20, 1)) + 3.0 * np.arange(200)
+    there = (place + time[..., np.newaxis] * way).reshape(-1, 2)
+    order = np.argsort(np.floor(time.ravel()), kind="stable")
+    azimuth = np.arctan2(*there[order].T)
+    assert loose_rotation_of(np.floor(time.ravel())[order], azimuth) is None
+
+
 def test_a_crowd_in_one_direction_is_no_turn() -> None:
     rng = np.random.default_rng(4)
     time = np.sort(rng.uniform(0, 800, 3000))

@@ -6,9 +6,11 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray
 from trackweave.estimation.following import followed_rotation
 from trackweave.estimation.steady_turn import (
+    COARSELY,
     FEWEST_REPORTS,
     LEAST_REPORTS_PER_TURN,
     LEAST_SHARE,
+    LOOSELY,
     NEAR,
     PERIOD_ERROR,
     REPORTS_PER_TURN,
@@ -70,10 +72,12 @@ def loose_rotation_of(
     time: FloatArray, azimuth: FloatArray, *, period: float | None = None
 ) -> Rotation | None:
     """Return the steady turn that reports follow whose stamps are off by up to a tenth of it."""
-    # As of ``rotation_of``; stamps may be of when reports were received, or of whole seconds.
+    # As of ``rotation_of``; stamps may be of when reports were received, or of whole seconds, two
+    # and more to a turn.
     if time.size < FEWEST_REPORTS:
         return None
-    found = steady_turn(time, azimuth, period, None, loosely=True)
+    found = steady_turn(time, azimuth, period, None, LOOSELY)
+    found = found or steady_turn(time, azimuth, period, None, COARSELY)
     if found is None:
         return None
     turns = float(time[-1] - time[0]) / found.period

@@ -1,17 +1,23 @@
 """The turn of constant period that reports follow, and how fast a beam turns at first."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.models.rotation import Rotation
 
 __all__ = [
+    "COARSELY",
+    "EXACTLY",
     "FEWEST_REPORTS",
     "LEAST_REPORTS_PER_TURN",
     "LEAST_SHARE",
+    "LOOSELY",
     "NEAR",
     "PERIOD_ERROR",
     "REPORTS_PER_TURN",
+    "Fit",
     "likeliest_rate",
     "possible_rates",
     "settled_rate",
@@ -46,6 +52,9 @@ NEARLY_ALIKE, MOSTLY, LONGER_STEP, NEAR_STEP, FEW_OF_TURN = 0.35, 0.75, 1.7, 0.2
 # A fit is told from another by so much of the share.
 CLEARLY = 0.85
 LOOSELY_NEAR = 0.75
+# Where a beam turns so far between two stamps of a coarse clock that reports which fit may be
+# farther off, half of all fit by chance: more have to.
+MOST_NEAR, LEAST_COARSELY = 1.8, 0.9
 REPORTS_PER_TURN = 6.0
 """Where stamps are loose a turn has so many reports."""
 # Those near the beam are no farther off than that [rad], and it fills between two stamps, within a
@@ -56,29 +65,50 @@ FILLED = 2.5
 MOST_ALIKE, ELSEWHERE = 0.1, 2.5
 
 
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """How exactly reports follow a beam."""
+
+    near: float  # So far off it they are at most [rad]
+    least: float = LEAST_SHARE  # This share of them
+    is_loose: bool = False  # Whether stamps are not of when the beam was there
+    # Whether it turns on between two stamps of a clock, by half of which they are farther off.
+    is_coarse: bool = False
+
+    def within(self, elapsed: FloatArray, rates: FloatArray) -> FloatArray:
+        """Return how far off a beam of each rate of turn [rad/s] reports are at most [rad]."""
+        if not self.is_coarse:
+            return np.full(rates.shape, self.near)
+        half = np.abs(rates) * _gaps(elapsed).min() / 2.0
+        return np.asarray(np.clip(NEAR + half, self.near, MOST_NEAR))
+
+
+EXACTLY = Fit(NEAR)
+LOOSELY = Fit(LOOSELY_NEAR, is_loose=True)
+COARSELY = Fit(LOOSELY_NEAR, LEAST_COARSELY, is_loose=True, is_coarse=True)
+
+
 def steady_turn(
     time: FloatArray,
     azimuth: FloatArray,
     period: float | None,
     direction: int | None,
-    *,
-    loosely: bool = False,
+    fit: Fit = EXACTLY,
 ) -> Rotation | None:
     """Return the turn of constant period that the reports follow from the first to the last."""
     origin = float(time[0])
     elapsed = time - origin
-    near = LOOSELY_NEAR if loosely else NEAR
     # Where thousands come in a turn, the first of all are of a small part of one.
     for thin in (1, THINNED) if elapsed.size >= THINNED * FIRST_REPORTS else (1,):
         first = slice(0, thin * FIRST_REPORTS, thin)
-        rate = _first_rate(elapsed[first], azimuth[first], (period, direction), loosely=loosely)
+        rate = _first_rate(elapsed[first], azimuth[first], (period, direction), fit)
         count = min(thin * FIRST_REPORTS, elapsed.size)
         followed = None if rate is None else settled_rate(elapsed, azimuth, rate, count)
         if followed is None:
             continue
         rate, phase = followed
         is_long = abs(rate) * elapsed[-1] >= LEAST_TURNS * 2 * np.pi
-        if is_long and _share(elapsed, azimuth, np.array([rate]), near)[0] >= LEAST_SHARE:
+        if is_long and _share(elapsed, azimuth, np.array([rate]), fit)[0] >= fit.least:
             turn, sense = 2 * np.pi / abs(rate), 1 if rate > 0 else -1
             return Rotation(turn, float((phase - rate * origin) % (2 * np.pi)), sense)
     return None
@@ -88,14 +118,13 @@ def _first_rate(
     elapsed: FloatArray,
     azimuth: FloatArray,
     told: tuple[float | None, int | None],
-    *,
-    loosely: bool,
+    fit: Fit,
 ) -> float | None:
     """Return the rate of turn [rad/s] that the first reports follow, given what is told of it."""
     # They may come more seldom than all do.
-    fewest = REPORTS_PER_TURN / 1.5 if loosely else LEAST_REPORTS_PER_TURN
+    fewest = REPORTS_PER_TURN / 1.5 if fit.is_loose else LEAST_REPORTS_PER_TURN
     rates = possible_rates(float(elapsed[-1]), elapsed.size / fewest, *told)
-    return likeliest_rate(elapsed, azimuth, rates, loosely=loosely)
+    return likeliest_rate(elapsed, azimuth, rates, fit)
 
 
 def possible_rates(
@@ -117,40 +146,48 @@ def possible_rates(
 
 
 def likeliest_rate(
-    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, *, loosely: bool = False
+    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, fit: Fit = EXACTLY
 ) -> float | None:
     """Return the rate of turn [rad/s] that most reports follow, None where none is clear."""
-    if rates.size == 0:
+    gaps = _gaps(elapsed)
+    if rates.size == 0 or gaps.size == 0:
         return None
-    span, near = float(elapsed[-1]), LOOSELY_NEAR if loosely else NEAR
-    share = _share(elapsed, azimuth, rates, near)
-    best = float(share.max())
-    still = _share(elapsed, azimuth, np.zeros(1), near)[0]
-    # Of a crowd in one direction, those elsewhere tell of a turn.
-    is_told = loosely and 1.0 - still >= max(ELSEWHERE * (1.0 - best), MOST_ALIKE)
-    if best < LEAST_SHARE or (still > CLEARLY * best and not is_told):
-        return None
-    # Of rates that fit as well the slowest: others are that and whole turns between reports.
-    fitting = rates[share >= max(LEAST_SHARE, 0.95 * best)]
-    rate = float(fitting[np.argmin(np.abs(fitting))])
-    rate = float(fitting[np.abs(fitting - rate) < np.pi / span].mean())
-    gaps = np.diff(elapsed)
-    gaps = gaps[gaps > 1e-9 * span]
-    step = float(np.median(gaps))
     # Where reports come in step with a clock, any number of turns may lie between them; but those
     # of a beam whose times are rounded leave many of its steps out.
     counts = gaps / gaps.min()
     is_clocked = bool(np.all(np.abs(counts - np.round(counts)) < IN_STEP))
+    is_coarse = is_clocked and gaps.size > SOME_STEPS * float(counts.sum())
+    if fit.is_coarse and not is_coarse:
+        return None
+    share = _share(elapsed, azimuth, rates, fit)
+    best = float(share.max())
+    still = _share(elapsed, azimuth, np.zeros(1), fit)[0]
+    # Of a crowd in one direction, those elsewhere tell of a turn.
+    is_told = fit.is_loose and 1.0 - still >= max(ELSEWHERE * (1.0 - best), MOST_ALIKE)
+    if best < fit.least or (still > CLEARLY * best and not is_told):
+        return None
+    # Of rates that fit as well the slowest: others are that and whole turns between reports. Two
+    # stamps to a turn do not tell its sense, which is clockwise nearly everywhere.
+    span = float(elapsed[-1])
+    fitting = rates[share >= max(fit.least, 0.95 * best)]
+    fitting = fitting[np.abs(fitting) < np.abs(fitting).min() + np.pi / span]
+    rate = float(fitting[fitting > 0 if fitting[-1] > 0 else fitting < 0].mean())
+    step = float(np.median(gaps))
     if is_clocked and gaps.size < MOST_STEPS * float(counts.sum()):
         step = float(gaps.mean())
-    is_coarse = is_clocked and gaps.size > SOME_STEPS * float(counts.sum())
-    if loosely and (is_coarse or gaps.size < elapsed.size / 2):
+    if fit.is_loose and (is_coarse or gaps.size < elapsed.size / 2):
         return rate if _fills(elapsed, azimuth, rate, float(gaps.min())) else None
     if _is_of_frames(gaps, 2 * np.pi / max(abs(rate), 1e-300)):
         return None
-    if _share(elapsed, azimuth, np.array([rate + 2 * np.pi / step]), near)[0] > CLEARLY * best:
+    if _share(elapsed, azimuth, np.array([rate + 2 * np.pi / step]), fit)[0] > CLEARLY * best:
         return None
     return rate
+
+
+def _gaps(elapsed: FloatArray) -> FloatArray:
+    """Return the pauses between successive reports of different times [s]."""
+    gaps = np.diff(elapsed)
+    return np.asarray(gaps[gaps > 1e-9 * elapsed[-1]])
 
 
 def _is_of_frames(gaps: FloatArray, turn: float) -> bool:
@@ -175,15 +212,14 @@ def _fills(elapsed: FloatArray, azimuth: FloatArray, rate: float, step: float) -
     return bool(sector / FILLED < filled < sector * FILLED)
 
 
-def _share(
-    elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, near: float = NEAR
-) -> FloatArray:
+def _share(elapsed: FloatArray, azimuth: FloatArray, rates: FloatArray, fit: Fit) -> FloatArray:
     """Return for each rate of turn the share of reports that come from where the beam is."""
+    near = fit.within(elapsed, rates)[:, np.newaxis]
     off = np.exp(1j * (azimuth - rates[:, None] * elapsed))
     middle = off.mean(axis=1, keepdims=True)
     # The middle of those that are near is no longer drawn by the others.
     for _ in range(2):
-        pulls = _along(off, middle) > np.cos(2 * near)
+        pulls = _along(off, middle) > np.cos(np.minimum(2 * near, np.pi))
         middle = np.sum(off * pulls, axis=1, keepdims=True) + 1e-12 * middle
     return np.asarray(np.mean(_along(off, middle) > np.cos(near), axis=1))
 
