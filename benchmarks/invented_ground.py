@@ -1,4 +1,4 @@
-"""Scenes on the ground: traffic in one direction, fixed clutter, and radars told wrongly."""
+"""Scenes on the ground: one-way traffic, fixed clutter, radars told wrongly or not at all."""
 
 import numpy as np
 import polars as pl
@@ -94,6 +94,48 @@ def shore(rng: np.random.Generator) -> pl.DataFrame:
     return _table(rows, ["sensor", "range_m", "azimuth_deg"])
 
 
+def chart(rng: np.random.Generator) -> pl.DataFrame:
+    """Return where a ship's radar puts twenty others, 2.5 s a turn, in stamps of whole seconds."""
+    place, way = rng.uniform(-7e3, 7e3, (20, 2)), rng.uniform(4, 12, (20, 1))
+    way = way * unit(rng.uniform(0, 360, 20))
+    rows = _turned(rng, (place, way, 600.0), (2.5, 12e3, 3.0), (10.0, 0.3))
+    return _table([(float(int(row[0])), *row[1:]) for row in rows], ["x", "y"])
+
+
+def plan(rng: np.random.Generator) -> pl.DataFrame:
+    """Return where two radars put forty aircraft, on a plane that counts from elsewhere."""
+    place, way = rng.uniform(-9e4, 9e4, (40, 2)), rng.uniform(80, 250, (40, 1))
+    way, rows = way * unit(rng.uniform(0, 360, 40)), []
+    for name, east, north, period in (("a", -3e4, 2e4, 4.0), ("b", 5e4, -1e4, 8.0)):
+        seen = (place - (east, north), way, 300.0)
+        for time, x, y, target in _turned(rng, seen, (period, 1.2e5, 8.0), (50.0, 0.07)):
+            rows.append((time, name, 4e5 + east + x, 5e6 + north + y, target))
+    return _table(rows, ["sensor", "x", "y"])
+
+
+def _turned(
+    rng: np.random.Generator,
+    objects: tuple[np.ndarray, np.ndarray, float],
+    beam: tuple[float, float, float],
+    noise: tuple[float, float],
+) -> list[tuple]:
+    """Return time, x, y and object of what a beam saw of objects, and of false alarms."""
+    (place, way, lasting), (period, reach, n_false), rows = objects, beam, []
+    for turn in range(int(lasting / period)):
+        time = np.full(len(place), turn * period)
+        for _ in range(3):
+            azimuth = azimuth_of(place + time[:, None] * way) % 360
+            time = (turn + azimuth / 360) * period
+        there = place + time[:, None] * way
+        for one in np.flatnonzero((rng.random(len(place)) < 0.9) & (np.hypot(*there.T) < reach)):
+            distance, degrees = _measured(rng, there[one], *noise)
+            rows.append((time[one], *(distance * unit(degrees)), f"o{one}"))
+        for degrees in rng.uniform(0, 360, rng.poisson(n_false)):
+            away = reach * np.sqrt(rng.random()) * unit(degrees)
+            rows.append(((turn + degrees / 360) * period, *away, NOBODY))
+    return rows
+
+
 def _measured(
     rng: np.random.Generator, away: np.ndarray, sigma: float, degrees: float
 ) -> tuple[float, float]:
@@ -113,5 +155,7 @@ GROUND = {
     "belt": (belt, {}),
     "walkers": (walkers, {"default": AT}),
     "gears": (gears, {"default": AT}),
+    "chart": (chart, {"default": AT | {"scan_period": 2.5}}),
+    "plan": (plan, {}),
     "shore": (shore, {"a": AT, "b": {"position": [10.8e3, -0.8e3]}}),
 }

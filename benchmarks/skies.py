@@ -27,6 +27,11 @@ def main() -> None:
     parser.add_argument(
         "--only", choices=[*EFFECTS, "nothing"], help="skies with a single effect, or without any"
     )
+    parser.add_argument(
+        "--as-positions",
+        action="store_true",
+        help="plots as x and y on the plane, of which nothing is told",
+    )
     arguments = parser.parse_args()
     lines = []
     for aircraft, radars in (SIZES[size] for size in arguments.sizes):
@@ -39,13 +44,10 @@ def main() -> None:
                 name += f"-only-{arguments.only}"
             folder = made(arguments.bench, "gen_sky.py", name, [str(each) for each in given])
             reports = pl.read_csv(folder / "reports.csv", schema_overrides={"target": pl.String})
-            lines.append(
-                [
-                    f"{aircraft}/{radars}",
-                    seed,
-                    *judged(reports, _told(folder, arguments)),
-                ]
-            )
+            told = _told(folder, arguments)
+            if arguments.as_positions:
+                reports, told = _on_plane(reports, told), {}
+            lines.append([f"{aircraft}/{radars}", seed, *judged(reports, told)])
             print(*lines[-1], sep="  ", flush=True)
     print(heading(command("skies.py")), end="\n\n")
     print(table(["aircraft/radars", "seed", *HEAD], lines))
@@ -59,6 +61,25 @@ def _told(folder: Path, arguments: argparse.Namespace) -> dict[str, Any]:
         reach = {"max_range_m": float(radar["reach_m"])}
         told["sensors"][radar["sensor"]] |= {"detection_probability": 0.9, "field_of_view": reach}
     return {**told, "motion": {"process_noise": 5.0}}
+
+
+def _on_plane(reports: pl.DataFrame, told: dict[str, Any]) -> pl.DataFrame:
+    """Return plots as the positions that a radar with heights makes of them."""
+    east, north = (
+        pl.col("sensor").replace_strict(
+            {name: said["position"][axis] for name, said in told["sensors"].items()}
+        )
+        for axis in (0, 1)
+    )
+    azimuth, height = pl.col("azimuth_deg").radians(), pl.col("height_m").fill_null(0.0)
+    ground = (pl.col("range_m") ** 2 - height**2).clip(0.0).sqrt()
+    return reports.select(
+        "time",
+        "sensor",
+        "target",
+        x=east + ground * azimuth.sin(),
+        y=north + ground * azimuth.cos(),
+    )
 
 
 if __name__ == "__main__":

@@ -5,12 +5,12 @@ import polars as pl
 import pytest
 
 import trackweave as tw
+from run.turning_radar import TURN, on_a_plane, radar
 from trackweave.config import load_configuration
 from trackweave.domain.frames import LocalFrame
 from trackweave.metrics import assignment_quality
 from trackweave.run.beams import with_beam_places, with_beam_times
 
-TURN = 4.0
 LOOSE = {
     "off by 0.2 s": lambda time, rng: time + rng.normal(0, 0.2, time.size),
     "late by 0.3 s": lambda time, rng: time + rng.exponential(0.3, time.size),
@@ -18,26 +18,6 @@ LOOSE = {
     "to eight sectors": lambda time, rng: np.ceil(time * 8 / TURN) * TURN / 8,
     "sent each second": lambda time, rng: np.ceil(time) + rng.uniform(0, 0.03, time.size),
 }
-
-
-def radar(n_turns=60):
-    """Return four minutes of twelve aircraft, and four false alarms a turn."""
-    rng, rows = np.random.default_rng(3), []
-    course = rng.uniform(0, 2 * np.pi, 12)
-    begin, way = rng.uniform(-60e3, 60e3, (12, 2)), rng.uniform(80, 250, (12, 1))
-    way = way * np.stack([np.sin(course), np.cos(course)], axis=1)
-    for turn in range(n_turns):
-        for each in np.flatnonzero(rng.random(12) < 0.93):
-            now = TURN * turn
-            for _ in range(3):
-                place = begin[each] + now * way[each]
-                azimuth = np.arctan2(*place) % (2 * np.pi)
-                now = TURN * (turn + azimuth / (2 * np.pi))
-            told = np.degrees(azimuth) + rng.normal(0, 0.12)
-            rows.append((now, np.hypot(*place) + rng.normal(0, 60), told % 360, str(each)))
-        for share in rng.random(4):
-            rows.append((TURN * (turn + share), 9e4 * np.sqrt(rng.random()), 360 * share, ""))
-    return pl.DataFrame(rows, ["time", "range_m", "azimuth_deg", "target"], orient="row")
 
 
 def stamped(table, stamp):
@@ -95,17 +75,6 @@ def test_walkers_around_a_lidar_are_no_beam():
     place = 20 * np.stack([np.sin(angle), np.cos(angle)], axis=1)
     table = {"time": time, "x": place[:, 0], "y": place[:, 1]}
     assert unchanged(pl.DataFrame(table))
-
-
-def on_a_plane(table, east=4e5, north=5.2e6):
-    """Return the reports as positions on a plane that counts from elsewhere."""
-    angle = pl.col("azimuth_deg") * np.pi / 180
-    return table.select(
-        "time",
-        x=east + pl.col("range_m") * angle.sin(),
-        y=north + pl.col("range_m") * angle.cos(),
-        target="target",
-    )
 
 
 @pytest.mark.parametrize("stamp", [None, LOOSE["late by 0.3 s"]], ids=["exact", "loose"])
@@ -180,5 +149,5 @@ def test_a_place_told_in_degrees_is_where_a_radar_of_positions_stands():
     lat, lon, _ = LocalFrame(60.0, 10.0).to_geodetic(table.select("x", "y").to_numpy())
     table = table.select("time", lat=pl.Series(lat), lon=pl.Series(lon))
     result = tw.track(table, {"sensors": {"default": {"place": [60.0, 10.0]}}})
-    assert not [note for note in result.run["notes"] if "beam" in note]
+    assert not [note for note in result.run["notes"] if "its beam" in note]
     assert result.run["configuration"]["sensors"]["default"]["rotation"] == "clockwise"

@@ -54,7 +54,7 @@ CLEARLY = 0.85
 LOOSELY_NEAR = 0.75
 # Where a beam turns so far between two stamps of a coarse clock that reports which fit may be
 # farther off, half of all fit by chance: more have to.
-MOST_NEAR, LEAST_COARSELY = 1.8, 0.9
+MOST_NEAR, LEAST_COARSELY, HALF, HALF_TOLD = 1.8, 0.9, 0.85, 1.01
 REPORTS_PER_TURN = 6.0
 """Where stamps are loose a turn has so many reports."""
 # Those near the beam are no farther off than that [rad], and it fills between two stamps, within a
@@ -124,6 +124,10 @@ def _first_rate(
     # They may come more seldom than all do.
     fewest = REPORTS_PER_TURN / 1.5 if fit.is_loose else LEAST_REPORTS_PER_TURN
     rates = possible_rates(float(elapsed[-1]), elapsed.size / fewest, *told)
+    if fit.is_coarse and rates.size:
+        # Half a turn between two stamps might be one the other way, and fits from many places.
+        half = HALF_TOLD if told[0] is not None else HALF
+        rates = rates[np.abs(rates) * _gaps(elapsed).min() < half * np.pi]
     return likeliest_rate(elapsed, azimuth, rates, fit)
 
 

@@ -15,6 +15,7 @@ from trackweave.estimation.heights import Heights, heights_of
 from trackweave.estimation.sightings import N_BIASES, Sightings
 from trackweave.run.beams import with_beam_places, with_beam_times
 from trackweave.run.biases import told_biases
+from trackweave.run.cartesian_to_polar import with_ranges
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
 from trackweave.run.registering import (
@@ -144,13 +145,17 @@ def registered(
 ) -> tuple[HeightFinding, Registration]:
     """Return what was found of sweeps, of heights and then of biases, where any are looked for."""
     reports, configuration = with_sweeps(reports, configuration)
-    told = with_facts(configuration, reports)
+    told, polar = with_facts(configuration, reports), tuple[str, ...]()
     reports, told, placed = with_beam_places(reports, told)
+    if looks:
+        where = positions_in(reports, told)
+        reports, told, polar = with_ranges(reports, told)
+        placed = (*placed, *(name for name in polar if name not in where))
     reports = with_beam_times(reports, told)
     heights, found = _registered(reports, told, looks=looks, elsewhere=True)
     if heights.is_elsewhere and not found.is_elsewhere:
         heights, found = _registered(reports, told, looks=looks, elsewhere=False)
-    return heights, replace(found, placed=placed)
+    return heights, replace(found, placed=placed, polar=polar)
 
 
 def _registered(

@@ -38,6 +38,7 @@ class Registration:
     refused: dict[str, str] = field(default_factory=dict)  # Why not, by sensor
     doubt: str = ""  # Why nothing could be looked for at all
     placed: tuple[str, ...] = ()  # Whose places reports told, by the beam that turns there
+    polar: tuple[str, ...] = ()  # Whose positions are the ranges and azimuths of such a beam
     # Where sensors that measure ranges are told to stand, x, y[, z] [m], by name.
     places: dict[str, tuple[float, ...]] = field(default_factory=dict)
 
@@ -45,6 +46,7 @@ class Registration:
         """Return a configuration as used, in which what was found counts as estimated."""
         learned = {f"sensors.{name}.{key}": "estimated" for name, _, key in self.found_out()}
         learned |= {f"sensors.{name}.position": "estimated" for name in self.placed}
+        learned |= {f"sensors.{name}.measurement": "estimated" for name in self.polar}
         return replace(settings, sources={**settings.sources, **learned})
 
     def notes(self) -> list[str]:

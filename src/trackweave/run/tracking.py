@@ -23,6 +23,7 @@ from trackweave.io.reports import reports_in, with_heeded_scans
 from trackweave.io.tables import OnBadRow
 from trackweave.randomness import RandomSource, generator_of, seed_of
 from trackweave.run.attempts import Progress, agreed
+from trackweave.run.cartesian_to_polar import as_measured
 from trackweave.run.consistency_checks import ConsistencyChecks
 from trackweave.run.course import attempt_of, prior_table
 from trackweave.run.diagnostics import Case, diagnose
@@ -38,6 +39,7 @@ from trackweave.run.pieces import Pieces, pieces_in, with_pieces
 from trackweave.run.record import Assigned, record_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
+from trackweave.run.told_places import with_facts
 
 __all__ = ["report_table", "settings_for", "track"]
 
@@ -324,6 +326,7 @@ def report_table(
             places=configuration.places(),
         )
         table = with_heeded_scans(table)
+        table = as_measured(table, with_facts(configuration, table).sensor)
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
     return table, came

@@ -21,6 +21,7 @@ from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.io.time_axes import on_one_axis
 from trackweave.run.batches import hearing_in
+from trackweave.run.cartesian_to_polar import with_ranges
 from trackweave.run.course import rotations_in
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
@@ -221,7 +222,8 @@ def _learned(
     told = with_facts(configuration, reports)
     if needs_estimates(told, reports.sensors) and not is_enough(heard, facts):
         return None
-    registration = registration_of(reports, told)
+    reports, told, polar = with_ranges(reports, told)
+    registration = replace(registration_of(reports, told), polar=polar)
     pieces = pieces_in(registration.reports, registration.configuration)
     reports, told = pieces.joined, pieces.configuration
     doubles, (settings, estimates) = doubles_of(reports, lambda once: settle(once, told))

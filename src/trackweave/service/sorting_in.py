@@ -13,6 +13,7 @@ from trackweave.io.tables import RawTable, with_our_names
 from trackweave.io.time_axes import EARLIEST_S
 from trackweave.models.sensors import Sensor
 from trackweave.run.biases import told_biases, unbiased
+from trackweave.run.cartesian_to_polar import as_measured
 from trackweave.run.polar_to_cartesian import laid
 from trackweave.service.desk import Rejected, Rows
 from trackweave.service.inputs.outbox import completed
@@ -135,6 +136,8 @@ def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) ->
     except TrackweaveError:
         every = tuple(BadRow(k, None, "", "a report") for k in range(1, table.height + 1))
         return SortedIn(None, every)
+    told = spec.configuration.get("sensors", {})
+    reports = as_measured(reports, lambda name: told.get(name, {}))
     wrong_plane = reports.frame is not None and spec.frame is None
     fits, strange, unfit = [], dict[str, int](), dict[str, int]()
     for index, name in enumerate(reports.sensors):
@@ -151,7 +154,6 @@ def sorted_in(table: pl.DataFrame, spec: Spec, sensors: Mapping[str, Sensor]) ->
     if not len(reports):
         return SortedIn(None, reports.skipped, strange, unfit)
     # Biases that were told or learned are taken out before anything else.
-    told = spec.configuration.get("sensors", {})
     reports = unbiased(reports, told_biases(reports, lambda name: told.get(name, {})))
     stands = {name: sensors[name].position for name in reports.sensors}
     places = {name: place for name, place in stands.items() if place is not None}
