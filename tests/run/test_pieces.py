@@ -114,7 +114,8 @@ def test_reports_of_other_names_other_looks_and_other_sensors_are_no_pieces() ->
         }
     )
     told = load_configuration({"sensors": {"a": {"extent": 2.0}, "b": {"extent": 0.0}}})
-    found = pieces_of(read_reports(frame), told)
+    reports = read_reports(frame)
+    found = pieces_of(reports, reports.look, told)
     assert found.first.tolist() == [0, 0, 2, 3, 4, 5]
     assert found.joined.measurement[:, 0].tolist() == [0.25, 1.0, 0.2, 0.3, 0.4]
     again = found.restored(found.joined)
@@ -176,3 +177,42 @@ def test_an_extent_that_cannot_be_is_refused(told: dict[str, object]) -> None:
 def test_a_sensor_of_bearings_has_no_extents() -> None:
     with pytest.raises(tw.InvalidInputError, match="extent: 3; expected 0"):
         tw.Sensor("camera", measurement=MeasurementKind.BEARING, extent=3.0)
+
+
+def before_a_beam(seed: int, *, lengths: list[float], apart: float, decimals: int) -> pl.DataFrame:
+    """Ships that keep together before a turning radar, each a row of plots as long as it is."""
+    rng, rows = np.random.default_rng(seed), []
+    for turn in range(60):
+        plots = []
+        for ship, length in enumerate(lengths):
+            at = np.array([-3e3 + 24.0 * turn, 4e3 + apart * ship])
+            count = 1 + rng.poisson(length / 30.0)
+            along = np.outer(length * rng.uniform(-0.5, 0.5, count), (1.0, 0.0))
+            plots += [(place, ship) for place in at + along]
+        away = 8e3 * np.sqrt(rng.random(4))[:, np.newaxis]
+        course = rng.uniform(0, 2 * np.pi, 4)
+        false = away * np.stack([np.sin(course), np.cos(course)], axis=1)
+        for place, ship in [*plots, *((at, None) for at in false)]:
+            azimuth = float(np.degrees(np.arctan2(*place)) + rng.normal(0, 0.1)) % 360
+            distance = float(np.hypot(*place)) + rng.normal(0, 8)
+            whose = None if ship is None else str(ship)
+            rows.append((round(3.0 * (turn + azimuth / 360), decimals), distance, azimuth, whose))
+    columns = ["time", "range_m", "azimuth_deg", "target"]
+    return pl.DataFrame(rows, columns, orient="row").sort("time")
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_those_that_keep_together_before_a_turning_beam_are_no_pieces(seed: int) -> None:
+    frame = before_a_beam(seed, lengths=[0.0] * 12, apart=50.0, decimals=1)
+    result = tw.track(frame.drop("target"))
+    assert result.run["totals"]["pieces"] == 0
+    assert idf1(frame, result) > 0.97
+
+
+def test_plots_of_one_ship_have_times_of_their_own_under_a_turning_beam() -> None:
+    frame = before_a_beam(1, lengths=[150.0, 100.0], apart=3e3, decimals=3)
+    result = tw.track(frame.drop("target"))
+    assert result.run["configuration"]["sensors"]["default"]["extent"] > 20.0
+    assert idf1(frame, result) > 0.95
+    told = {"sensors": {"default": {"extent": 0.0}}}
+    assert idf1(frame, tw.track(frame.drop("target"), told)) < 0.6

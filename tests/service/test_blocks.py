@@ -40,7 +40,7 @@ def test_pieces_of_one_object_are_joined_as_in_a_recording() -> None:
     named = replace(reports, identity=None, identities=())
     (block,) = blocks_of(named, np.arange(3), {}).values()
     joined = without_pieces(block, MeasurementKind.POSITION, 11.0)
-    expected = pieces_of(named, told).joined
+    expected = pieces_of(named, named.look, told).joined
     np.testing.assert_array_equal(joined.measurement, expected.measurement)
     assert joined.number.tolist() == [1]  # The strongest stands for all
     assert len(without_pieces(block, MeasurementKind.POSITION, 9.0).time) == 3

@@ -40,12 +40,14 @@ MOST_WORSE = 2
 SURE, A_REPORT = 0.03, 0.05
 # What has so many pieces on one track has a shape of its own.
 OWN_SHAPE = 12
+# Pieces lie about their objects within such a part of how far a sensor sees them all.
+MOST_OF_VIEW = 0.35
 # They scatter by such a part of the extent at least.
 LEAST = 0.01
 
 
 def likeliest_extent(
-    reports: ReportTable, configuration: Configuration
+    reports: ReportTable, look: IntArray | FloatArray, configuration: Configuration
 ) -> tuple[float, list[str]]:
     """Return how far pieces of an object are from the next [m], and the sensors that report any.
 
@@ -53,6 +55,8 @@ def likeliest_extent(
     ----------
     reports
         All of a run.
+    look
+        Number of each one's look, shape (reports,).
     configuration
         What is told.
 
@@ -60,6 +64,9 @@ def likeliest_extent(
     -------
     No sensor where tracks and pieces are not clearly likelier than tracks alone.
     """
+    if not np.array_equal(look, reports.look):
+        # Turns are scans, or each of their reports would be a look of its own.
+        reports = replace(reports, scan=np.asarray(look, dtype=np.int64))
     chosen = _crowded(reports, configuration)
     if not chosen:
         return 0.0, []
@@ -108,10 +115,20 @@ def _is_placed(reports: ReportTable, index: int, said: Mapping[str, Any]) -> boo
 
 def _beside(reports: ReportTable, rows: IntArray) -> tuple[FloatArray, float]:
     """Return how far a sensor's reports are from the next of their look, and what is near [m]."""
+    look = np.unique(reports.look[rows], return_inverse=True)[1]
+    return beside(look, _seen(reports, rows))
+
+
+def _seen(reports: ReportTable, rows: IntArray) -> FloatArray:
+    """Return where a sensor's reports are, seen from it [m]."""
     kind = reports.kind_of(int(reports.sensor[rows[0]]))
     assert isinstance(kind, MeasurementKind)
-    place = seen_from_sensor(kind, reports.measurement[rows, : kind.n_components(reports.dim)])
-    return beside(np.unique(reports.look[rows], return_inverse=True)[1], place)
+    return seen_from_sensor(kind, reports.measurement[rows, : kind.n_components(reports.dim)])
+
+
+def _width(places: FloatArray) -> float:
+    """Return how far places are from their middle, as a root mean square [m]."""
+    return float(np.sqrt(places.var(axis=0).sum()))
 
 
 class _Trials:
@@ -124,6 +141,8 @@ class _Trials:
         self.names: tuple[str, ...] = ()
         """Sensors whose reports may be pieces."""
         self._told: dict[float, Estimates] = {}
+        of_sensors = [np.flatnonzero(part.sensor == k) for k in range(len(part.sensors))]
+        self._view = max(_width(_seen(part, rows)) for rows in of_sensors if rows.size)
 
     def best(self) -> float:
         """Return the extent under which all is likeliest, 0 where it is not clearly likelier."""
@@ -182,11 +201,15 @@ class _Trials:
     def _cost(self, extent: float) -> float:
         """Return what tracks and pieces cost where objects have such an extent [nats]."""
         configuration = with_extent(self._configuration, self.names, extent)
-        pieces = pieces_of(self._part, configuration)
+        pieces = pieces_of(self._part, self._part.look, configuration)
         reports = self._placed(pieces.joined)
+        aside = self._position.measurement - reports.measurement[pieces.place]
+        many = np.bincount(pieces.place)[pieces.place] > 1
+        if many.any() and _width(aside[many]) > MOST_OF_VIEW * self._view:
+            # All that is seen at a time is no object.
+            return math.inf
         told = self._told[extent] = estimate(reports, {}, dict.fromkeys(self.names, True))
         cost, tracked = self._tracked(reports, told)
-        aside = self._position.measurement - reports.measurement[pieces.place]
         return cost + _cost_of_pieces(aside, pieces.place, tracked.track, LEAST * extent)
 
 

@@ -14,6 +14,8 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.measurements import NO_PLATFORM, to_position
+from trackweave.run.observing import observe
+from trackweave.run.scans import with_turns
 
 __all__ = [
     "Pieces",
@@ -116,13 +118,22 @@ def pieces_in(reports: ReportTable, configuration: Configuration, *, looks: bool
     With a configuration that has every extent that is used.
     """
     chosen: list[str] = []
+    look = _looks(reports, configuration)
     if looks and needs_estimates(configuration, reports.sensors):
         # A complete configuration takes nothing of what estimates.
         from trackweave.run.piece_trial import likeliest_extent
 
-        extent, chosen = likeliest_extent(reports, configuration)
+        extent, chosen = likeliest_extent(reports, look, configuration)
         configuration = with_extent(configuration, chosen, extent)
-    return pieces_of(reports, configuration, tuple(chosen))
+    return replace(pieces_of(reports, look, configuration), learned=tuple(chosen))
+
+
+def _looks(reports: ReportTable, configuration: Configuration) -> IntArray | FloatArray:
+    """Return the number of each report's look: its turn where a beam turns, or scan or time."""
+    seen = observe(reports, configuration)
+    turning = {name: each.rotation for name, each in seen.items() if each.rotation is not None}
+    turns = with_turns(reports, turning)
+    return reports.look if turns is None else turns
 
 
 def with_extent(
@@ -148,10 +159,23 @@ def with_pieces(record: dict[str, Any], pieces: Pieces, assigned: int) -> dict[s
 
 
 def pieces_of(
-    reports: ReportTable, configuration: Configuration, learned: tuple[str, ...] = ()
+    reports: ReportTable, look: IntArray | FloatArray, configuration: Configuration
 ) -> Pieces:
-    """Return which reports are pieces of one object, by the extents that a configuration has."""
-    # ``learned`` are the sensors of which it has them from the reports.
+    """Return which reports are pieces of one object, by the extents that a configuration has.
+
+    Parameters
+    ----------
+    reports
+        All of a run.
+    look
+        Number of each one's look, shape (reports,), by which those of a sensor are told apart.
+    configuration
+        With the extents.
+
+    Returns
+    -------
+    None of sensors without.
+    """
     first = np.arange(len(reports))
     for index, name in enumerate(reports.sensors):
         extent = configuration.sensor(name).get("extent", 0.0)
@@ -159,15 +183,13 @@ def pieces_of(
         kind = reports.kind_of(index)
         if not extent or rows.size == 0 or isinstance(kind, ForeignKind):
             continue
-        look = np.column_stack(
-            [each[rows] for each in (reports.look, reports.identity) if each is not None]
-        )
-        apart = np.unique(look, axis=0, return_inverse=True)[1].ravel()
+        keys = [each[rows] for each in (look, reports.identity) if each is not None]
+        apart = np.unique(np.column_stack(keys), axis=0, return_inverse=True)[1].ravel()
         strength = None if reports.strength is None else reports.strength[rows]
         measurement = reports.measurement[rows, : kind.n_components(reports.dim)]
         if kind.gives_position(reports.dim):
             first[rows] = rows[first_pieces(kind, measurement, apart, extent, strength)]
-    return Pieces(reports, configuration, first, learned)
+    return Pieces(reports, configuration, first)
 
 
 def first_pieces(
