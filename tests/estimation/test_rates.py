@@ -55,6 +55,23 @@ def test_rates_that_mean_nothing_are_doubted_without_a_unit() -> None:
     assert found.sigma > 10.0
 
 
+@pytest.mark.parametrize("n_fast", [2, 5])
+def test_rates_that_fold_are_said_to(n_fast: int) -> None:
+    rng, folded = np.random.default_rng(1), list[Track]()
+    for number, (time, *_) in enumerate(tracks(1.0)):
+        speed = rng.uniform(35.0, 60.0) if number < n_fast else rng.uniform(-30.0, 30.0)
+        away = 5_000.0 + speed * time + rng.normal(0.0, SIGMA_RANGE, time.size)
+        rate = (speed + rng.normal(0.0, 0.5, time.size) + 30.0) % 60.0 - 30.0
+        folded.append((time, away, rate))
+    rates = np.concatenate([rate for *_, rate in folded])
+    found = rate_noise(folded, SIGMA_RANGE)
+    assert found is not None
+    assert f"fold: they lie off how its ranges change by multiples of {np.ptp(rates):.3g} m/s" in (
+        found.doubt
+    )
+    assert found.sigma > 20.0
+
+
 def test_too_few_reports_tell_nothing() -> None:
     assert rate_noise([], SIGMA_RANGE) is None
     short = [tuple(column[:6] for column in track) for track in tracks(1.0)]

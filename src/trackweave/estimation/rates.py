@@ -20,6 +20,9 @@ DOUBTED = 2.5
 # Ranges tell by how much they change where that is so many times its noise.
 CLEAR = 3.0
 LEAST = 1e-3
+# Rates fold where so many are off by multiples of what they all fill, but for noise and for this
+# share of it, and so many by one at least.
+MOST, FOLDED, NEAR_FOLD = 0.8, 0.1, 0.05
 # What the factor means between rates and the change of ranges, within this share of it.
 NEAR = 0.1
 MEANT = {
@@ -49,6 +52,7 @@ def rate_noise(
     tracks = [track for track in tracks if track[0].size >= SPAN]
     if sum(time.size for time, _, _ in tracks) < FEWEST:
         return None
+    rates = np.concatenate([rate for _, _, rate in tracks])
     off = np.concatenate([beside_neighbours(time, rate[:, None])[1] for time, _, rate in tracks])
     if off.size == 0:
         return None
@@ -57,11 +61,27 @@ def rate_noise(
         np.concatenate(parts) for parts in zip(*map(_compared, tracks), strict=True)
     )
     noise = np.hypot(sigma_range * spread, sigma / np.sqrt(SPAN))
-    if _spread((mean - change) / noise) <= DOUBTED:
+    beside = single - change
+    doubt = _folded(beside, np.hypot(sigma_range * spread, sigma), rates)
+    if not doubt and _spread((mean - change) / noise) <= DOUBTED:
         return RateNoise(bounded(sigma, LEAST))
     is_clear = np.abs(change) > CLEAR * noise
-    wide = max(_spread(single - change), sigma)
-    return RateNoise(bounded(wide, LEAST), _doubt(change[is_clear], mean[is_clear]))
+    # The usual one says nothing where a half are right and the others far off.
+    wide = max(float(np.sqrt(np.mean(beside**2))), sigma)
+    return RateNoise(bounded(wide, LEAST), doubt or _doubt(change[is_clear], mean[is_clear]))
+
+
+def _folded(beside: FloatArray, noise: FloatArray, rates: FloatArray) -> str:
+    """Return that rates lie off how ranges change by what they all fill, empty if they do not."""
+    width = float(np.ptp(rates))
+    turns = np.round(beside / max(width, LEAST))
+    near = np.abs(beside - turns * width) < CLEAR * noise + NEAR_FOLD * width
+    if np.mean(near) < MOST or np.mean(near & (turns != 0)) < FOLDED:
+        return ""
+    return (
+        f"fold: they lie off how its ranges change by multiples of {width:.3g} m/s, which is what "
+        f"all of them fill, from {rates.min():.3g} to {rates.max():.3g}"
+    )
 
 
 def _spread(off: FloatArray) -> float:

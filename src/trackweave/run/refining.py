@@ -216,8 +216,8 @@ def _directed(
             if rates.doubt:
                 notes.append(
                     f"sensor {name}: its range_rate_mps {rates.doubt}; expected metres per second,"
-                    " positive for what moves away. Left as they are, with a sigma of "
-                    f"{rates.sigma:g} m/s they count for little"
+                    " positive for what moves away. They count with a sigma of "
+                    f"{rates.sigma:g} m/s, which is next to nothing"
                 )
     tracks = [(stretch.time[track.rows], stretch.measurement[track.rows]) for track in sure]
     bearing = [name for name, seen in observed.items() if seen.measurement.is_bearing_only]
