@@ -27,6 +27,7 @@ from trackweave.estimation.refine import Followed, Track, refined, stretch_of, s
 from trackweave.estimation.standing import with_seldom, with_standing
 from trackweave.estimation.strengths import with_strengths
 from trackweave.estimation.tails import with_tails
+from trackweave.estimation.unexplained import unexplained, with_faster
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.batches import hearing_in
@@ -132,6 +133,8 @@ def estimates_for(
         estimates = with_persistence(estimates, stretch, followed)
         estimates = refined(with_strengths(estimates, stretch, followed), stretch, followed)
         estimates = with_clutter_places(estimates, stretch, followed)
+        if number == 1:
+            estimates = with_faster(estimates, unexplained(estimates, stretch, followed))
         estimates = believable(estimates, reports, **sure)
         if directions is None:
             estimates = with_noise_places(estimates, stretch, followed)
@@ -139,11 +142,12 @@ def estimates_for(
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
     persistence = {name: configuration.sensor(name).get("clutter_persistence") for name in names}
-    said = *estimates.notes, *notes_on_persistence(estimates, persistence)
-    estimates = replace(estimates, notes=said)
+    estimates = replace(
+        estimates, notes=(*estimates.notes, *notes_on_persistence(estimates, persistence))
+    )
     if directions is None:
         estimates = with_tails(estimates, stretch, followed)
-        left = stretch if at_rest else _unexplained(estimates, stretch, followed)
+        left = stretch if at_rest else unexplained(estimates, stretch, followed)
         return with_seldom(estimates, left, followed.looks, at_rest=at_rest)
     told = estimates, (reports, stretch), followed
     directions.kept.keep(asked, arrays, told)
@@ -167,14 +171,6 @@ def _followed(
     if found is None:
         return estimates, followed
     return found, _follow(stretch, fill(configuration, found, stretch.sensors), rotations)
-
-
-def _unexplained(estimates: Estimates, reports: ReportTable, followed: Followed) -> ReportTable:
-    """Return the reports on no sure track."""
-    is_left = np.ones(len(reports), dtype=bool)
-    for track in sure_tracks(estimates, reports, followed):
-        is_left[track.rows] = False
-    return reports.part(np.flatnonzero(is_left))
 
 
 def _is_other(before: Estimates, after: Estimates) -> bool:
