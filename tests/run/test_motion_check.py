@@ -9,6 +9,7 @@ import pytest
 
 from trackweave import track
 from trackweave.config import Configuration
+from trackweave.metrics import assignment_quality
 from trackweave.run import motion_check
 from trackweave.run.diagnostics import Case
 from trackweave.simulation import demo_scenario, simulate
@@ -128,6 +129,34 @@ def test_a_trial_counts_pieces_too_short_to_show_a_break(
     # Five breaks of eight are more than half.
     assert doubts.contradict(table, quick, left, at_end=True) == (not is_used)
     assert ("imm" in doubts.applied(Configuration({})).table("motion")) == is_used
+
+
+def lift(seed: int) -> pl.DataFrame:
+    """Return cabins 45 m apart, up and down, of a lift that stops twice."""
+    rng, rows, moved, speed = np.random.default_rng(seed), [], 0.0, 6.0
+    for time in np.arange(0.0, 260.0, 2.0):
+        for _ in range(20):
+            stands = 100 < time < 130 or 200 < time < 216
+            speed += float(np.clip((0.0 if stands else 6.0) - speed, -0.12, 0.08))
+            moved += 0.1 * speed
+        cabins = np.arange(np.floor(-moved / 45.0), (800.0 - moved) / 45.0)
+        for side in (1, -1):
+            along = moved + 45.0 * cabins + 5.0 * (1 - side)
+            here = (along >= 0) & (along <= 800) & (rng.random(along.size) < 0.9)
+            for x, cabin in zip(along[here], cabins[here], strict=True):
+                place = rng.normal([x if side > 0 else 800.0 - x, 3.0 * side], 0.8)
+                rows.append((time, *place, f"{side * (cabin + 1000):.0f}"))
+        rows += [(time, *at, None) for at in rng.uniform((0, -20), (800, 20), (rng.poisson(1), 2))]
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
+@pytest.mark.parametrize("seed", [2, 4])
+def test_a_trial_that_failed_is_made_again_where_all_stop_later(seed: int) -> None:
+    table = lift(seed)
+    found = track(table.drop("target")).assignments["track"].fill_null(-1).to_numpy()
+    quality = assignment_quality(table["target"].to_list(), found)
+    assert quality.idf1 is not None
+    assert quality.idf1 > 0.9
 
 
 def test_a_model_that_is_told_stays() -> None:

@@ -29,6 +29,8 @@ FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
 # costs twice the time, and where few break off it gains nothing that joins do not mend.
 LEAST_SHARE, CHANCE_OF_LEARNED = 0.03, 0.1
 TIMES, LEFT, FEWER, DEVIATIONS = 4.0, 0.5, 0.6, 2.0
+# Where a trial failed, so many times as many breaks are put to another.
+MANY_MORE = 4
 # How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
 SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
@@ -69,6 +71,7 @@ class MotionDoubts:
         self._doubted = self._tried = 0.0
         self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
         self._pieces = 0  # Tracks of any length
+        self._most = 0  # So many breaks are put to no trial again
         self._is_told = self._is_on_trial = self._is_used = False
 
     def applied(self, configuration: Configuration) -> Configuration:
@@ -127,7 +130,8 @@ class MotionDoubts:
         ):
             return False
         is_too_little = found.process >= max(TIMES * process, LEAST)
-        if found.number < FEWEST_BREAKS or not (self._is_told or is_too_little):
+        fewest = max(FEWEST_BREAKS, self._most + 1)
+        if found.number < fewest or not (self._is_told or is_too_little):
             return False
         if self._is_told and _crowd(case) > CROWDED:
             return False
@@ -140,7 +144,11 @@ class MotionDoubts:
 
     def _settle(self, *, is_used: bool) -> bool:
         """End the trial; tell whether to begin again, which what proved right need not."""
-        self._is_on_trial, self._is_used, self._due = False, is_used, np.inf
+        # All objects may stop together later on, as a belt does: many more breaks are tried again.
+        is_last = is_used or self._is_told
+        self._is_on_trial, self._is_used = False, is_used
+        self._due = np.inf if is_last else 2 * self._due
+        self._most = MANY_MORE * self._broken.number
         return not is_used
 
     def findings(self) -> list[Finding]:
