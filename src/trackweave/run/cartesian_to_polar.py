@@ -8,10 +8,10 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
-from trackweave.config.sensing import told_rotation
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.rotation import loose_rotation_of, rotation_of
+from trackweave.estimation.rotation import loose_rotation_of
+from trackweave.run.observing import observe
 
 __all__ = ["as_measured", "with_ranges"]
 
@@ -54,16 +54,20 @@ def with_ranges(
     """Return reports in which positions that beams made are ranges and azimuths, and whose."""
     # Their noise lies along and across the beam and grows with the range: as positions of one
     # noise near reports would count too little, and those far away too much.
+    may = [
+        (index, name)
+        for index, name in enumerate(reports.sensors)
+        if not _is_told(configuration.sensor(name)) and _may_be_polar(reports, index)
+    ]
+    if not may or reports.scan is not None:
+        return reports, configuration, ()
     sensors = {name: dict(table) for name, table in configuration.table("sensors").items()}
-    found, notes = list[str](), list[str]()
-    for index, name in enumerate(reports.sensors):
+    seen, found, notes = observe(reports, configuration), list[str](), list[str]()
+    for index, name in may:
         said = configuration.sensor(name)
-        if reports.scan is not None or _is_told(said) or not _may_be_polar(reports, index):
+        if seen[name].rotation is None and not _turns_loosely(reports, index, said):
             continue
         place = said.get("position") or HERE
-        rows = reports.sensor == index
-        if not _turns(reports.time[rows], reports.measurement[rows] - place[:2], said):
-            continue
         own = {"measurement": POLAR.word, "position": list(place)}
         sensors[name] = {**sensors.get(name, {}), **own}
         found.append(name)
@@ -94,13 +98,15 @@ def _is_told(said: Mapping[str, Any]) -> bool:
     return is_still or bool(said.get("trust")) or not OF_POSITIONS.isdisjoint(said)
 
 
-def _turns(time: FloatArray, relative: FloatArray, said: Mapping[str, Any]) -> bool:
-    """Tell whether reports come as from a beam that turns at their origin."""
-    if told_rotation(said) is not None:
-        return True
-    azimuth, period = np.arctan2(*relative.T), said.get("scan_period")
-    exact = rotation_of(time, azimuth, period=period)
-    return (exact or loose_rotation_of(time, azimuth, period=period)) is not None
+def _turns_loosely(reports: ReportTable, index: int, said: Mapping[str, Any]) -> bool:
+    """Tell whether a sensor's stamps follow a beam loosely that turns where it stands."""
+    rows = reports.sensor == index
+    if reports.identity is not None and np.any(reports.identity[rows] >= 0):
+        # Who says who it is may report at moments of its own, whose order looks like a turn.
+        return False
+    azimuth = np.arctan2(*(reports.measurement[rows, :2] - (said.get("position") or HERE)[:2]).T)
+    found = loose_rotation_of(reports.time[rows], azimuth, period=said.get("scan_period"))
+    return found is not None
 
 
 def _polar(reports: ReportTable, place: Sequence[float]) -> FloatArray:

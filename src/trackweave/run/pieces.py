@@ -118,8 +118,12 @@ def pieces_in(reports: ReportTable, configuration: Configuration, *, looks: bool
     With a configuration that has every extent that is used.
     """
     chosen: list[str] = []
+    is_told = any(configuration.sensor(name).get("extent") for name in reports.sensors)
+    is_open = looks and needs_estimates(configuration, reports.sensors)
+    if not (is_told or is_open):
+        return Pieces(reports, configuration, np.arange(len(reports)))
     look = _looks(reports, configuration)
-    if looks and needs_estimates(configuration, reports.sensors):
+    if is_open:
         # A complete configuration takes nothing of what estimates.
         from trackweave.run.piece_trial import likeliest_extent
 
