@@ -302,3 +302,10 @@ def test_room_for_scans_is_counted_in_turns():
     shares = [known.share for known in target._open.scans]
     np.testing.assert_allclose(shares, 1 / 8)
     assert 2.0 <= sum(shares) <= 3.0
+
+
+@pytest.mark.parametrize("second", [5300.0, 350.0, -90.0])
+def test_positions_and_degrees_are_no_azimuths(second):
+    radar = sensor(sigma=(30.0, 0.002), measurement=Kind.RANGE_AZIMUTH)
+    with pytest.raises(InvalidInputError, match=f"azimuth of {second:g} rad; expected radians"):
+        run(tracker(sensors=[radar]), [scan(0.0, [(4000.0, 1.0), (2000.0, second)])])

@@ -18,6 +18,7 @@ from trackweave.arrays import (
 )
 from trackweave.association.growth_limits import GrowthLimits
 from trackweave.domain.foreign_kind import ForeignKind
+from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import TrackTable
 from trackweave.errors import InvalidInputError
@@ -29,6 +30,9 @@ from trackweave.solvers.protocol import require_solver
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.used_numbers import UsedNumbers
 from trackweave.trackers.window import Window
+
+MOST_TURNS = 2.0
+"""Azimuths may go on counting beyond a turn, but not so far."""
 
 
 def checked_sensors(sensors: object) -> dict[str, Sensor]:
@@ -169,9 +173,23 @@ def checked_scan(
         known = ", ".join(sorted(sensors))
         raise InvalidInputError(f"scan of sensor {scan.sensor!r}; expected one of {known}")
     dim = dimensions_of(scan, sensors[scan.sensor], dim)
+    _require_radians(scan, sensors[scan.sensor].measurement)
     report = numbered(scan.report, used)
     # Most scans come with their numbers, and need not be checked again.
     return scan if np.array_equal(report, scan.report) else replace(scan, report=report), dim
+
+
+def _require_radians(scan: Scan, kind: MeasurementKind | ForeignKind) -> None:
+    """Refuse positions, and degrees, where a sensor measures azimuths."""
+    if isinstance(kind, ForeignKind) or kind.azimuth is None or not len(scan):
+        return
+    azimuth = scan.measurement[:, kind.azimuth]
+    widest = float(azimuth[np.argmax(np.abs(azimuth))])
+    if abs(widest) > MOST_TURNS * 2.0 * np.pi:
+        raise InvalidInputError(
+            f"scan of sensor {scan.sensor}: an azimuth of {widest:.6g} rad; expected radians, "
+            f"0 to 2π, as its measurement is {kind.word} (not x and y, nor degrees)"
+        )
 
 
 def numbered(given: IntArray, used: UsedNumbers) -> IntArray:
