@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from run.turning_radar import on_a_plane, radar
 from service.asterix import PERIOD, PLACE, traffic
 from service.recordings import positions
 from trackweave.config import load_configuration
@@ -111,6 +112,21 @@ def test_a_complete_configuration_needs_one_report() -> None:
     assert found is not None
     # Sensors that were told and not heard yet are known too.
     assert set(found.spec.configuration["sensors"]) == set(configuration["sensors"])
+
+
+@pytest.mark.parametrize("is_told", [True, False])
+def test_positions_of_a_radar_whose_place_is_told_are_ranges_and_azimuths(is_told: bool) -> None:
+    frame = on_a_plane(radar(), 40e3, 10e3).drop("target").with_columns(sensor=pl.lit("radar"))
+    told = {"position": [40e3, 10e3], **({"measurement": "range-azimuth"} if is_told else {})}
+    engine = engine_of([packed_reports(frame, "test", engine_facts())])
+    configuration = load_configuration({"sensors": {"radar": told}})
+    found = learned(configuration, engine.heard, engine.facts)
+    assert found is not None
+    sensor = found.spec.configuration["sensors"]["radar"]
+    assert sensor["measurement"] == "range-azimuth"
+    assert sensor["sigma"]["range_m"] == pytest.approx(60, rel=0.15)
+    engine.take(engine.sequence + 1, Kind.CONFIGURE, found.spec.payload())
+    assert engine.tracks().track.size == 12
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.run.observing import azimuth_of, positions_in
 from trackweave.run.polar_to_cartesian import platforms_of
 
-__all__ = ["with_beam_places", "with_beam_times"]
+__all__ = ["loose_turn", "with_beam_places", "with_beam_times"]
 
 # Stamps that are off a beam by less than this as a median [rad] are of when it was there.
 EXACT = 0.02
@@ -109,7 +109,7 @@ def with_beam_times(reports: ReportTable, configuration: Configuration) -> Repor
         if not isinstance(kind, MeasurementKind) or rows.size == 0:
             continue
         azimuth = azimuth_of(kind, reports.measurement[rows], platform[rows])
-        turn = _loose_turn(configuration.sensor(name), reports.time[rows], azimuth)
+        turn = loose_turn(configuration.sensor(name), reports.time[rows], azimuth)
         if turn is None:
             continue
         late = turn.period * off_turn(reports.time[rows], azimuth, turn) / (2.0 * np.pi)
@@ -124,7 +124,7 @@ def with_beam_times(reports: ReportTable, configuration: Configuration) -> Repor
     return replace(reports, notes=(*reports.notes, *notes)).retimed(time)
 
 
-def _loose_turn(said: Mapping[str, Any], time: FloatArray, azimuth: FloatArray) -> Rotation | None:
+def loose_turn(said: Mapping[str, Any], time: FloatArray, azimuth: FloatArray) -> Rotation | None:
     """Return the turn of a beam that stamps follow loosely only, None for any other sensor."""
     if _is_still(said) or told_rotation(said):
         return None

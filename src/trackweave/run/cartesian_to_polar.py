@@ -10,7 +10,7 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.rotation import loose_rotation_of
+from trackweave.run.beams import loose_turn
 from trackweave.run.observing import observe
 
 __all__ = ["as_measured", "with_ranges"]
@@ -49,15 +49,17 @@ def as_measured(reports: ReportTable, told: Callable[[str], Mapping[str, Any]]) 
 
 
 def with_ranges(
-    reports: ReportTable, configuration: Configuration
+    reports: ReportTable, configuration: Configuration, *, unplaced: bool = True
 ) -> tuple[ReportTable, Configuration, tuple[str, ...]]:
     """Return reports in which positions that beams made are ranges and azimuths, and whose."""
     # Their noise lies along and across the beam and grows with the range: as positions of one
-    # noise near reports would count too little, and those far away too much.
+    # noise near reports would count too little, and those far away too much. With ``unplaced``
+    # sensors of which nobody says where they stand are looked at as well, as if at the origin.
     may = [
         (index, name)
         for index, name in enumerate(reports.sensors)
         if not _is_told(configuration.sensor(name)) and _may_be_polar(reports, index)
+        if unplaced or "position" in configuration.sensor(name)
     ]
     if not may or reports.scan is not None:
         return reports, configuration, ()
@@ -105,8 +107,7 @@ def _turns_loosely(reports: ReportTable, index: int, said: Mapping[str, Any]) ->
         # Who says who it is may report at moments of its own, whose order looks like a turn.
         return False
     azimuth = np.arctan2(*(reports.measurement[rows, :2] - (said.get("position") or HERE)[:2]).T)
-    found = loose_rotation_of(reports.time[rows], azimuth, period=said.get("scan_period"))
-    return found is not None
+    return loose_turn(said, reports.time[rows], azimuth) is not None
 
 
 def _polar(reports: ReportTable, place: Sequence[float]) -> FloatArray:

@@ -21,7 +21,7 @@ from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
 from trackweave.io.time_axes import on_one_axis
 from trackweave.run.batches import hearing_in
-from trackweave.run.cartesian_to_polar import with_ranges
+from trackweave.run.cartesian_to_polar import as_measured, with_ranges
 from trackweave.run.course import rotations_in
 from trackweave.run.doubles import doubles_of
 from trackweave.run.observing import settle
@@ -222,7 +222,9 @@ def _learned(
     told = with_facts(configuration, reports)
     if needs_estimates(told, reports.sensors) and not is_enough(heard, facts):
         return None
-    reports, told, polar = with_ranges(reports, told)
+    reports = as_measured(reports, told.sensor)
+    # Where a beam turns that nobody placed takes more reports than the first.
+    reports, told, polar = with_ranges(reports, told, unplaced=False)
     registration = replace(registration_of(reports, told), polar=polar)
     pieces = pieces_in(registration.reports, registration.configuration)
     reports, told = pieces.joined, pieces.configuration
