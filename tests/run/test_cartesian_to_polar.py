@@ -1,5 +1,9 @@
 """Positions that a turning beam made count as the ranges and azimuths that it measured."""
 
+import json
+import subprocess
+import sys
+
 import numpy as np
 import polars as pl
 import pytest
@@ -68,3 +72,21 @@ def test_a_configuration_as_used_makes_the_same_tracks_again():
     again = tw.track(table, first.run["configuration"])
     assert again.tracks.equals(first.tracks)
     assert again.assignments.equals(first.assignments)
+
+
+def test_the_command_reads_what_init_wrote(tmp_path):
+    reports, told = tmp_path / "reports.csv", tmp_path / "told.toml"
+    on_a_plane(radar(n_turns=30), 40e3, 10e3).drop("target").write_csv(reports)
+    for command in (
+        ["init", reports, "--out", told],
+        ["track", reports, "--config", told, "--out", tmp_path / "out"],
+    ):
+        done = subprocess.run(
+            [sys.executable, "-m", "trackweave", *map(str, command)],
+            capture_output=True,
+            text=True,
+        )
+        assert done.returncode == 0, done.stderr
+    assert 'measurement = "range-azimuth"' in told.read_text()
+    record = json.loads((tmp_path / "out/run.json").read_bytes())
+    assert record["totals"]["tracks"] == 12

@@ -9,7 +9,6 @@ from trackweave.models.rotation import Rotation
 
 __all__ = [
     "COARSELY",
-    "EXACTLY",
     "FEWEST_REPORTS",
     "LEAST_REPORTS_PER_TURN",
     "LEAST_SHARE",
@@ -17,7 +16,6 @@ __all__ = [
     "NEAR",
     "PERIOD_ERROR",
     "REPORTS_PER_TURN",
-    "Fit",
     "likeliest_rate",
     "possible_rates",
     "settled_rate",

@@ -298,7 +298,8 @@ def report_table(
 
     Returns
     -------
-    At least one report, and the table that came in, None where they did not come as one.
+    At least one report, as its sensor is told to measure, and the table that came in, None where
+    they did not come as one.
 
     Raises
     ------
@@ -326,7 +327,6 @@ def report_table(
             places=configuration.places(),
         )
         table = with_heeded_scans(table)
-        table = as_measured(table, with_facts(configuration, table).sensor)
     if len(table) == 0:
         raise InvalidInputError("reports: no rows; expected at least one report")
-    return table, came
+    return as_measured(table, with_facts(configuration, table).sensor), came
