@@ -16,6 +16,7 @@ __all__ = [
     "NEAR",
     "PERIOD_ERROR",
     "REPORTS_PER_TURN",
+    "Fit",
     "likeliest_rate",
     "possible_rates",
     "settled_rate",
