@@ -69,3 +69,12 @@ def test_nothing_is_found_where_none_comes_again(lives, stands):
 def test_few_scans_or_reports_tell_nothing():
     places = lasting(np.random.default_rng(1), lambda rng: rng.geometric(0.6), count=1)
     assert persistence(places).sensors[NAME].clutter_persistence == 0.0
+
+
+@pytest.mark.parametrize("chance", [0.4, 0.55])
+def test_a_chance_stays_one_where_several_lie_at_a_place(chance):
+    rng = np.random.default_rng(1)
+    places = lasting(rng, lambda rng: rng.geometric(1 - chance))
+    many = [rng.normal(np.repeat(each, 4, axis=0), SIGMA) for each in places]
+    found = persistence(many).sensors[NAME].clutter_persistence
+    assert found == pytest.approx(chance, abs=0.08)

@@ -32,6 +32,8 @@ UNLIKE = 0.2
 """What is told and what is seen may differ by so much."""
 LEAST_SHARE, MOST = 0.15, 0.6
 """So many come again at least, and of these so many once more at most."""
+HIGHEST = 0.9
+"""No sensor is taken for one of which more come again."""
 
 
 def with_persistence(estimates: Estimates, reports: ReportTable, followed: Followed) -> Estimates:
@@ -96,4 +98,7 @@ def _persistence(sensor: SensorEstimate, place: FloatArray, scan: IntArray, n_sc
     share = once * n_scans / place.shape[0]
     if once * n_scans < FEWEST_PAIRS or share < LEAST_SHARE or twice > MOST * once:
         return 0.0
-    return digits(max(twice / once, share), 2)
+    if share <= 1.0:
+        return digits(min(max(twice / once, share), HIGHEST), 2)
+    # Where several lie at a place, each has pairs with all of them: only how they fall off tells.
+    return digits(twice / once, 2) if twice >= LEAST_SHARE * once else 0.0
