@@ -28,7 +28,7 @@ def receiver(rng: np.random.Generator) -> pl.DataFrame:
             told = slant[one] + LONG + rng.normal(0, 45)
             seen = (azimuth[one] + TURNED + rng.normal(0, 0.08)) % 360
             rows.append(
-                (time[one] + LATE, "radar", told, seen, None, None, height[one], None, one)
+                (time[one] + LATE, "radar", told, seen, None, None, height[one], None, f"o{one}")
             )
         for azimuth_deg in rng.uniform(0, 360, rng.poisson(8)):
             far = 1.1e5 * np.sqrt(rng.random())
@@ -64,6 +64,20 @@ def rooms(rng: np.random.Generator) -> pl.DataFrame:
     return by_time(rows, ["time", "x", "y", "identity", "target"])
 
 
+def nameless(rng: np.random.Generator) -> pl.DataFrame:
+    """Return collars that sleep at one place and roam by day, a quarter of the fixes nameless."""
+    rows = []
+    for animal in range(8):
+        place, time = np.zeros(2), rng.uniform(0, 3600)
+        while time < 8 * 86400:
+            time += rng.uniform(0.9, 1.1) * 3600
+            roams = 6 < time / 3600 % 24 < 19
+            place = place + rng.normal(0, 500, 2) if roams else 0.3 * place + rng.normal(0, 80, 2)
+            name = f"c{animal}" if rng.random() < 0.75 else None
+            rows.append((time, *(place + rng.normal(0, 12, 2)), name, f"o{animal}"))
+    return by_time(rows, ["time", "x", "y", "identity", "target"])
+
+
 def renamed(rng: np.random.Generator) -> pl.DataFrame:
     """Return walkers whose address changes every few minutes, as telephones' do."""
     rows, number = [], 0
@@ -86,4 +100,5 @@ NAMED = {
     "unnamed": (unnamed, {"radar": RADAR}),
     "rooms": (rooms, {}),
     "renamed": (renamed, {}),
+    "nameless": (nameless, {}),
 }

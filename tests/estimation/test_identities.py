@@ -111,6 +111,18 @@ def test_threads_are_those_of_names():
     assert all(len(each) == 1 for each in animals)
 
 
+def test_threads_are_those_of_names_where_many_reports_have_none():
+    rng = np.random.default_rng(6)
+    table = herd(rng)
+    is_nameless = pl.Series(rng.random(len(table)) < 0.4)
+    table = table.with_columns(identity=pl.when(~is_nameless).then("identity"))
+    threads = judged(read(table), 0)[1]
+    assert threads.n_reports == table["identity"].count()
+    animals = [set(table["animal"].gather(rows).to_list()) for rows in threads.rows]
+    assert len(animals) == 20
+    assert all(len(each) == 1 for each in animals)
+
+
 def test_threads_of_names_tell_although_most_names_were_heard_once():
     heard = ships(np.random.default_rng(4), wrong=0.0)
     often = heard.filter(pl.col("identity").is_in(["s0", "s1", "s2"]))

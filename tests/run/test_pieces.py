@@ -43,6 +43,24 @@ def rows_of_eight(seed: int = 10) -> pl.DataFrame:
     return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
 
 
+def fleet(seed: int) -> pl.DataFrame:
+    """Four ships 250 m long that give up to five plots, among three small ones."""
+    rng, rows = np.random.default_rng(seed), []
+    place, heading = rng.uniform(-4000, 4000, (7, 2)), rng.uniform(0, 2 * np.pi, 7)
+    ahead = np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    speed = rng.uniform(3, 8, 7)
+    for time in np.arange(2.5, 250.0, 2.5):
+        place = place + 2.5 * speed[:, None] * ahead
+        for ship in range(7):
+            is_long = ship < 4
+            count = 1 + rng.binomial(4, 0.4) if is_long else int(rng.random() < 0.85)
+            for along in rng.uniform(-125, 125, count) * is_long:
+                at = rng.normal(place[ship] + along * ahead[ship], 10.0)
+                rows.append((time, *at, str(ship)))
+        rows += [(time, *at, None) for at in rng.uniform(-4500, 4500, (rng.poisson(4), 2))]
+    return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
+
+
 def side_by_side(seed: int) -> pl.DataFrame:
     """Two that go side by side, six sigma apart, among some false alarms."""
     rng, rows = np.random.default_rng(seed), []
@@ -216,3 +234,11 @@ def test_plots_of_one_ship_have_times_of_their_own_under_a_turning_beam() -> Non
     assert idf1(frame, result) > 0.95
     told = {"sensors": {"default": {"extent": 0.0}}}
     assert idf1(frame, tw.track(frame.drop("target"), told)) < 0.6
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+def test_long_ships_among_small_ones_are_one_track_each(seed: int) -> None:
+    frame = fleet(seed)
+    result = tw.track(frame.drop("target"))
+    assert result.run["configuration"]["sensors"]["default"]["extent"] > 50.0
+    assert idf1(frame, result) > 0.95

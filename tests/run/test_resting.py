@@ -149,3 +149,20 @@ def test_scraps_are_joined_though_what_speaks_for_them_goes_in_circles():
     result = tw.track(harbour(3, 0, 0.0, slow=0.2).drop("target"), ALL_TOLD)
     assert result.run["joins"]["list"]
     assert all(0.0 <= each["probability"] <= 1.0 for each in result.run["joins"]["list"])
+
+
+def test_who_is_seen_aside_for_a_while_stays_one():
+    """A tag that reflections put elsewhere for seconds, time and again."""
+    rng = np.random.default_rng(3)
+    time = np.cumsum(1.0 + 0.05 * rng.standard_normal(600))
+    time = time[rng.random(time.size) < 0.9]
+    places = np.zeros((time.size, 2))
+    for begin in np.arange(40.0, 580.0, 40.0):
+        places[(time >= begin) & (time < begin + 12.0)] = rng.normal(0.0, 40.0, 2)
+    places += rng.normal(0.0, SIGMA, places.shape)
+    rows = [(when, *where, "tag") for when, where in zip(time, places, strict=True)]
+    sailing = zip(*moving(rng, 5.0), strict=True)
+    rows += [(when, *where, "mover") for when, where in sailing if when < 600.0]
+    table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    result = tw.track(table.drop("target"), ALL_TOLD)
+    assert result.run["resting"] is None

@@ -24,9 +24,9 @@ PLACES = 3.0
 CHANGING = 0.003
 # Before the data speak identities are wrong as seldom as this, trusted as so many reports.
 USUAL_ERROR, TRUSTED = 1e-4, 500.0
-# Threads are those of identities where hardly any is wrong, nearly all reports have one, and few
-# are wild.
-MOST_WRONG, LEAST_NAMED, MOST_WILD = 0.01, 0.95, 0.1
+# Threads are those of identities where hardly any is wrong, a fifth of the reports has one,
+# and few are wild.
+MOST_WRONG, LEAST_NAMED, MOST_WILD = 0.01, 0.2, 0.1
 # Fewer identities, or reports of each as a median, are no names of objects.
 LEAST_IDENTITIES, LEAST_REPORTS = 2, 4
 # Several objects share an identity of so many reports that lie so many times as far off the way

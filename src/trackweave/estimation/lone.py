@@ -103,10 +103,10 @@ def judged(
             # Threads speak of places that objects come back to, not of who reports.
             return Looking(0.0, 0.0, 1.0, 0), threads, rows
     else:
-        # What is under a name that several share is of objects as well, and tells no more.
+        # What is under a name that several share, or has none, may be of objects as well.
         assert reports.identity is not None
         own = reports.identity[rows[heard]]
-        is_told = np.isin(own, [-1, *(own[each[0]] for each in named)])
+        is_told = np.isin(own, [own[each[0]] for each in named])
         count = int(np.count_nonzero(is_told))
         threads = Threads([heard[each] for each in named], count, is_whole=True)
     return looking(reports.time[rows], threads.rows), threads, rows

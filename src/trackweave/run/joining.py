@@ -19,7 +19,8 @@ from trackweave.run.record import Assigned
 from trackweave.run.resting import Resting, told_apart
 from trackweave.summaries import counted
 from trackweave.trackers.joining.joins import Join, Joins, joins_of
-from trackweave.trackers.joining.segments import Segments, segments_of, whose
+from trackweave.trackers.joining.naming import Named, elsewhere, named_by
+from trackweave.trackers.joining.segments import Segments, segments_of
 
 __all__ = ["Hindsight", "Joined", "in_hindsight", "with_joins"]
 
@@ -161,11 +162,12 @@ def with_joins(
     kept = np.unique(history.track[history.status > TENTATIVE])
     if kept.size < 2:
         return history, assigned, None
-    segments, of = segments_of(assigned.track, reports.time, kept.tolist())
+    track = _without_rivals(reports, assigned.track, settings)
+    segments, of = segments_of(track, reports.time, kept.tolist())
     states = _states(reports, found, (segments, of), settings)
     known = () if priors is None else priors.track.tolist()
     joins = joins_of(
-        segments, states, named=_named(reports, of, len(segments), settings), known=known,
+        segments, states, named=_named(reports, of, segments, settings), known=known,
         longest=settings.lifecycle.rejoin,
         merge=settings.merge if settings.divide else None, rng=rng,
     )  # fmt: skip
@@ -174,7 +176,7 @@ def with_joins(
     newest = max(int(assigned.track.max()), int(tracks.track.max(initial=0)))
     name = _names(segments, joins, newest + 1)
     row = np.flatnonzero(of >= 0)
-    named = assigned.track.copy()
+    named = track.copy()
     named[row] = name[of[row]]
     is_over = named != assigned.track
     concerned = np.union1d(assigned.track[is_over], named[is_over])
@@ -199,15 +201,28 @@ def _together(one: TrackTable, other: TrackTable) -> TrackTable:
     return both.at(np.lexsort((both.track, both.time)))
 
 
+def _without_rivals(reports: ReportTable, track: IntArray, settings: Settings) -> IntArray:
+    """Return the track of each report, -1 for what its name says is elsewhere then."""
+    if reports.identity is None:
+        return track
+    error = _identity_error(reports, settings)
+    return np.where(elsewhere(track, reports.time, reports.identity, error), -1, track)
+
+
 def _named(
-    reports: ReportTable, of: IntArray, count: int, settings: Settings
-) -> tuple[IntArray, float] | None:
-    """Return whom each segment's reports say it is, and how often that is wrong."""
+    reports: ReportTable, of: IntArray, segments: Segments, settings: Settings
+) -> Named | None:
+    """Return whom each segment's reports say it is."""
     if reports.identity is None:
         return None
+    return named_by(segments, of, reports.identity, _identity_error(reports, settings))
+
+
+def _identity_error(reports: ReportTable, settings: Settings) -> float:
+    """Return how often the worst sensor's reports are under another's identity."""
+    assert reports.identity is not None
     told = np.unique(reports.sensor[reports.identity >= 0])
-    error = max((settings.sensors[each].identity_error for each in told), default=0.5)
-    return whose(of, reports.identity, count), error
+    return max((settings.sensors[each].identity_error for each in told), default=0.5)
 
 
 def _states(
@@ -217,10 +232,11 @@ def _states(
     settings: Settings,
 ) -> TrackTable:
     """Return smoothed states of each segment by itself; tracks in one piece have theirs."""
-    tracks, history, _ = found
+    tracks, history, assigned = found
     segments, of = cut
     _, of_track, n = np.unique(segments.track, return_inverse=True, return_counts=True)
-    is_whole = n[of_track] == 1
+    is_cut = np.isin(segments.track, assigned.track[(of < 0) & (assigned.track >= 0)])
+    is_whole = (n[of_track] == 1) & ~is_cut
     number = np.full(int(history.track.max()) + 1, -1, dtype=np.int64)
     number[segments.track[is_whole]] = np.flatnonzero(is_whole)
     own = number[history.track]

@@ -40,6 +40,8 @@ MOST_WORSE = 2
 SURE, A_REPORT = 0.03, 0.05
 # What has so many pieces on one track has a shape of its own.
 OWN_SHAPE = 12
+# So many times less clutter than where all are tracked alone is doubted.
+RARER = 10.0
 # Pieces lie about their objects within such a part of how far a sensor sees them all.
 MOST_OF_VIEW = 0.35
 # They scatter by such a part of the extent at least.
@@ -141,6 +143,7 @@ class _Trials:
         self.names: tuple[str, ...] = ()
         """Sensors whose reports may be pieces."""
         self._told: dict[float, Estimates] = {}
+        self._n_tracks: dict[float, int] = {}
         of_sensors = [np.flatnonzero(part.sensor == k) for k in range(len(part.sensors))]
         self._view = max(_width(_seen(part, rows)) for rows in of_sensors if rows.size)
 
@@ -148,7 +151,7 @@ class _Trials:
         """Return the extent under which all is likeliest, 0 where it is not clearly likelier."""
         sensors = self._part.sensors
         looking = dict.fromkeys(() if self._part.scan is None else sensors, True)
-        alone = estimate(self._position, {}, looking)
+        alone = self._alone = estimate(self._position, {}, looking)
         # Objects that report by themselves give no pieces, however often two do at once.
         self.names = tuple(each for each in sensors if alone.sensors[each].scans is not False)
         if not self.names:
@@ -166,9 +169,15 @@ class _Trials:
             first = min(first, self._tracked(self._position, self._told[best])[0])
         if first - costs[best] < max(SURE * abs(tracked.cost), A_REPORT * len(self._part)):
             return 0.0
+        best = self._of_fewest(costs)
         between = [digits(best * step, 3) for step in (math.sqrt(STEP), 1.0 / math.sqrt(STEP))]
-        costs |= {extent: self._cost(extent) for extent in between}
-        return min(costs, key=costs.__getitem__)
+        return self._of_fewest(costs | {extent: self._cost(extent) for extent in between})
+
+    def _of_fewest(self, costs: Mapping[float, float]) -> float:
+        """Return the extent under which there are the fewest tracks, of those about as likely."""
+        most = min(costs.values()) + A_REPORT * len(self._part)
+        likely = [extent for extent, cost in costs.items() if extent and cost <= most]
+        return min(likely, key=lambda extent: (self._n_tracks[extent], costs[extent]))
 
     def _extents(self) -> list[float]:
         """Return the extents to be tried, from where a few reports are beside others [m]."""
@@ -196,7 +205,8 @@ class _Trials:
             # Costs of tracks are beside all as false alarms, of which there is a Poisson number.
             cost -= np.count_nonzero(own) * math.log(sensor.clutter_density)
             cost += sensor.clutter_density * sensor.covered * looks
-        return cost, tracked
+        sigma = np.array([estimates.sensors[name].plane_sigma for name in reports.sensors])
+        return cost - _gain_of_own_noise(reports, tracked.track, sigma), tracked
 
     def _cost(self, extent: float) -> float:
         """Return what tracks and pieces cost where objects have such an extent [nats]."""
@@ -208,28 +218,71 @@ class _Trials:
         if many.any() and _width(aside[many]) > MOST_OF_VIEW * self._view:
             # All that is seen at a time is no object.
             return math.inf
-        told = self._told[extent] = estimate(reports, {}, dict.fromkeys(self.names, True))
-        cost, tracked = self._tracked(reports, told)
-        return cost + _cost_of_pieces(aside, pieces.place, tracked.track, LEAST * extent)
+        told = estimate(reports, {}, dict.fromkeys(self.names, True))
+        costs = []
+        for each in self._with_clutter(told):
+            cost, tracked = self._tracked(reports, each)
+            cost += _cost_of_pieces(aside, pieces.place, tracked.track, LEAST * extent)
+            costs.append((cost, each, np.unique(tracked.track[tracked.track >= 0]).size))
+        cost, self._told[extent], self._n_tracks[extent] = min(costs, key=lambda one: one[0])
+        return cost
+
+    def _with_clutter(self, told: Estimates) -> list[Estimates]:
+        """Return estimates; where hardly any clutter is left, also with that of tracks alone."""
+        # Joined, plots that were false alarms seem to be objects' too, and then all the others.
+        before = {name: self._alone.sensors[name].clutter_density for name in self.names}
+        if all(told.sensors[name].clutter_density * RARER > before[name] for name in self.names):
+            return [told]
+        sensors = {
+            name: replace(each, clutter_density=before.get(name, each.clutter_density))
+            for name, each in told.sensors.items()
+        }
+        return [told, replace(told, sensors=sensors)]
+
+
+def _gain_of_own_noise(reports: ReportTable, track: IntArray, sigma: FloatArray) -> float:
+    """Return how much likelier tracks are if each has a noise of its own [nats]."""
+    # The middle of a long ship's pieces wanders farther than a small one's report. How far each
+    # report lies off the way between its neighbours is in units of the noise of all, by axis.
+    rows = np.flatnonzero(track >= 0)
+    rows = rows[np.lexsort((reports.time[rows], track[rows]))]
+    gain = 0.0
+    for own in np.split(rows, np.flatnonzero(np.diff(track[rows])) + 1):
+        if own.size < OWN_SHAPE:
+            continue
+        time, place = reports.time[own], reports.measurement[own]
+        share = (time[1:-1] - time[:-2]) / np.maximum(time[2:] - time[:-2], 1e-9)
+        off = place[1:-1] - place[:-2] - share[:, None] * (place[2:] - place[:-2])
+        off /= (np.sqrt(1.0 + share**2 + (1.0 - share) ** 2) * sigma[reports.sensor[own[1:-1]]])[
+            :, None
+        ]
+        square = max(float(np.mean(off**2)), LEAST**2)
+        gain += max(0.5 * off.size * (square - 1.0 - math.log(square)) - math.log(off.size), 0.0)
+    return gain
 
 
 def _cost_of_pieces(aside: FloatArray, place: IntArray, track: IntArray, least: float) -> float:
     """Return what pieces cost that lie normally about their objects [nats]."""
     # Each object has a Poisson number of them. ``aside`` is how far each report is from its
     # object, ``place`` the number of that, and ``track`` the object's, by that number. What has
-    # many pieces on one track has a shape of its own; ``least`` is how far they scatter at least,
-    # as equal ones would be infinitely likely.
-    pieces, own_track = len(place) - len(track), track[place]
-    if pieces == 0:
-        return 0.0
+    # many pieces on one track has a shape and a number of its own; ``least`` is how far they
+    # scatter at least, as equal ones would be infinitely likely.
+    own_track = track[place]
     many = np.bincount(place)[place] > 1
     number, count = np.unique(own_track[many], return_counts=True)
     shapes = [own_track == each for each in number[(number >= 0) & (count >= OWN_SHAPE)]]
-    rest = many & ~np.any(shapes, axis=0) if shapes else many
-    cost = pieces * (1.0 + math.log(len(track) / pieces))
-    return cost + sum(
-        _spread(aside[own & many], place[own & many], least) for own in [*shapes, rest]
+    rest = ~np.any(shapes, axis=0) if shapes else np.ones(place.size, dtype=bool)
+    return sum(
+        _number(place[own]) + _spread(aside[own & many], place[own & many], least)
+        for own in [*shapes, rest]
     )
+
+
+def _number(place: IntArray) -> float:
+    """Return what it costs that objects have so many pieces [nats]."""
+    objects = np.unique(place).size
+    pieces = len(place) - objects
+    return pieces * (1.0 + math.log(objects / pieces)) if pieces else 0.0
 
 
 def _spread(aside: FloatArray, place: IntArray, least: float) -> float:

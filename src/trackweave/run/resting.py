@@ -5,6 +5,7 @@ reports are there, those of a place are given to its objects anew (`estimation.r
 keep the numbers of the tracks that they have most in common with.
 """
 
+import itertools
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -28,6 +29,9 @@ was not known before to come or go."""
 LATE, PACED, REACH = 3.0, 3, 6.0
 """Who comes to rest lies there within so many waits of where it is then, with the speed of so many
 reports, and so many deviations."""
+A_RUN, OFTEN = 2.0, 0.5
+"""Of two side by side the seldomer has so many reports in succession at most, on
+average; more of a place are beside another."""
 WILD = 1  # So many reports elsewhere are none of a track's own
 
 
@@ -107,7 +111,7 @@ def told_apart(
         extent = float(np.prod(np.ptp(place[rows], axis=0) + 2.0 * sigma))
         berth = Berth(sigma**2, extent, span[0], span[1], span[2])
         owner, gain = parted(time[rows], place[rows], track[rows], berth)
-        if gain < CLEAR:
+        if gain < CLEAR or not _are_side_by_side(time[rows], owner):
             continue
         names = _names((time, named), rows, owner, next_name)
         next_name = max(next_name, int(names.max(initial=0)) + 1)
@@ -129,6 +133,19 @@ def told_apart(
     found = Resting(n_places, n_before, tuple(told), still, order[anew])
     back = np.argsort(order, kind="stable")
     return Assigned(named[back], probability[back]), found
+
+
+def _are_side_by_side(time: FloatArray, owner: IntArray) -> bool:
+    """Tell whether most of a place's objects report meanwhile others do, not by turns."""
+    # Reflections make one object lie here for some seconds and there for some.
+    chains = [time[owner == each] for each in np.unique(owner)]
+    chains = [each for each in chains if each.size >= CONFIRMING]
+    beside = np.zeros(len(chains), dtype=np.bool_)
+    for one, other in itertools.permutations(range(len(chains)), 2):
+        runs = np.unique(np.searchsorted(chains[one], chains[other])).size
+        if runs * A_RUN > chains[other].size:
+            beside[[one, other]] = True
+    return bool(beside.size and beside.mean() > OFTEN)
 
 
 def _continue(

@@ -1,5 +1,6 @@
 """Ends and beginnings far apart are joined where one object explains both."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -9,6 +10,7 @@ from trackweave.association.problem import Status
 from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.trackers.joining import joins
 from trackweave.trackers.joining.joins import joins_of
+from trackweave.trackers.joining.naming import Named
 from trackweave.trackers.joining.segments import segments_of
 
 Piece = tuple[float, float]
@@ -61,11 +63,30 @@ BROKEN = [[(0.0, 100.0), (220.0, 400.0)], [(0.0, 180.0), (280.0, 400.0)]]
 def test_names_tell_who_goes_on(seed):
     segments, states, whose = seen([*WHOLE, *BROKEN], seed)
     right = np.array(whose)
-    found = joins_of(segments, states, named=(right, 1e-4))
+    nobody = np.full(right.size, -1)
+    found = joins_of(segments, states, named=Named(right, nobody, 1e-4))
     assert {(whose[join.before], whose[join.after]) for join in found.found} == {(8, 8), (9, 9)}
     # Whoever begins late is somebody else by name.
     other = np.where(segments.begin > 1.0, right + 20, right)
-    assert joins_of(segments, states, named=(other, 1e-12)).found == ()
+    assert joins_of(segments, states, named=Named(other, nobody, 1e-12)).found == ()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_who_alone_has_a_name_is_one_whatever_way_it_went(seed):
+    segments, states, whose = seen([*WHOLE, *BROKEN], seed)
+    right = np.array(whose)
+    moved = states.mean.copy()
+    moved[np.isin(states.track, np.flatnonzero((right >= 8) & (segments.begin > 1.0))), :2] += 1e6
+    states = replace(states, mean=moved)
+    alone = joins_of(segments, states)
+    assert alone is None or alone.found == ()
+    before = np.full(right.size, -1)
+    for name in (8, 9):
+        early, late = np.flatnonzero(right == name)[np.argsort(segments.begin[right == name])]
+        before[late] = early
+    found = joins_of(segments, states, named=Named(right, before, 1e-4))
+    assert {(whose[join.before], whose[join.after]) for join in found.found} == {(8, 8), (9, 9)}
+    assert all(join.probability > 0.99 for join in found.found)
 
 
 @pytest.mark.parametrize("seed", range(5))

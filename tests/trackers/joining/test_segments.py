@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackweave.domain.tracks import CONFIRMED, TrackTable
-from trackweave.trackers.joining.segments import USUAL, Paths, segments_of, whose
+from trackweave.trackers.joining.segments import USUAL, Paths, segments_of
 
 
 def cut(*tracks: list[float]) -> tuple[list[int], list[list[float]]]:
@@ -69,12 +69,6 @@ def test_noise_makes_no_speed():
     speed, variance = path(0.0, 2.0).speed(np.array([39]), onwards=False)
     assert np.exp(speed[0]) < 2.0
     assert path(10.0, 2.0).speed(np.array([39]), onwards=False)[1][0] < variance[0]
-
-
-def test_a_segment_is_who_most_of_its_reports_say():
-    of = np.array([0, 0, 0, 1, 1, -1, 2, 1])
-    identity = np.array([4, 4, 7, 5, -1, 6, -1, 5])
-    np.testing.assert_array_equal(whose(of, identity, 4), [4, 5, -1, -1])
 
 
 def test_each_track_is_judged_by_its_own_pauses():

@@ -23,6 +23,7 @@ from trackweave.domain.tracks import TrackTable
 from trackweave.randomness import RandomSource
 from trackweave.solvers.solving import solve
 from trackweave.trackers.joining.merges import merge_pairs
+from trackweave.trackers.joining.naming import Named
 from trackweave.trackers.joining.places import MOST, Places, Room
 from trackweave.trackers.joining.segments import FIRM, Paths, Segments
 from trackweave.trackers.joining.straying import Straying
@@ -103,7 +104,7 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     segments: Segments,
     states: TrackTable,
     *,
-    named: tuple[IntArray, float] | None = None,
+    named: Named | None = None,
     known: Collection[int] = (),
     longest: float | None = None,
     merge: float | None = None,
@@ -118,8 +119,7 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     states
         Smoothed states of each piece by itself; ``track`` is its number.
     named
-        The identity that most reports of each segment tell, -1 for none, and how often reports are
-        under another than their object's; None where they tell none.
+        Whom the reports of each segment say that it is; None where they say nothing.
     known
         Tracks that were there before the record began.
     longest
@@ -141,7 +141,9 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     if straying is None:
         return None
     is_new = ~(np.isin(segments.track, list(known)) & (segments.before < 0))
-    pairs = _candidates(paths, segments, is_new, np.inf if longest is None else longest)
+    by_name = np.full(len(segments), -1, dtype=np.int64) if named is None else named.before
+    longest = np.inf if longest is None else longest
+    pairs = _candidates(paths, segments, is_new, by_name, longest)
     if merge is not None:
         may = merge_pairs(paths, segments, merge)
         pairs = pairs.at(may[pairs.ends[pairs.end], pairs.begins[pairs.begin]])
@@ -155,7 +157,13 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     is_known = segments.before[pairs.begins[pairs.begin]] == pairs.ends[pairs.end]
     told += np.where(is_known, KNOWN_LINK, 0.0)
     if named is not None:
-        told += _naming(pairs, *named)
+        early, late = pairs.ends[pairs.end], pairs.begins[pairs.begin]
+        told += named.favour(early, late)
+        # Whoever alone is called so is one object, whatever way it went.
+        is_one = by_name[late] == early
+        told[is_one] += 2.0 * SURE
+        went, stood = ways
+        ways = np.where(is_one, np.maximum(went, -SURE), went), stood
     rates = _Rates(paths, segments, pairs, span)
     gain, probability = rates.settled(pairs, told, ways)
     if merge is not None:
@@ -168,26 +176,22 @@ def joins_of(  # noqa: PLR0913 all by name but the record
     return Joins(before, found, parted, rates.births, rates.deaths, certificate)
 
 
-def _naming(pairs: _Pairs, identity: IntArray, error: float) -> FloatArray:
-    """Return what speaks for each pair by whom both say that they are [nats]."""
-    early = identity[pairs.ends[pairs.end]]
-    late = identity[pairs.begins[pairs.begin]]
-    number = np.unique(identity[identity >= 0]).size
-    same = np.log((1.0 - error) * max(number, 1) + error)
-    both = (early >= 0) & (late >= 0)
-    return np.where(both, np.where(early == late, same, np.log(error)), 0.0)
-
-
 def _candidates(
-    paths: Paths, segments: Segments, is_new: NDArray[np.bool_], longest: float
+    paths: Paths,
+    segments: Segments,
+    is_new: NDArray[np.bool_],
+    by_name: IntArray,
+    longest: float,
 ) -> _Pairs:
-    """Return which ends and beginnings may be one object's, by how fast it is."""
+    """Return which ends and beginnings may be one object's, by how fast it is or by its name."""
     first, last = float(segments.begin.min()), float(segments.end.max())
     edge = EDGE * segments.interval
     # A lone report after a silence may be anybody's: it stays where the tracker put it, or goes.
     moves = segments.count > 1
-    ends = np.flatnonzero(moves & (segments.end < last - edge))
-    begins = np.flatnonzero(moves & is_new & (segments.begin > first + edge))
+    is_end, is_begin = moves & (segments.end < last - edge), segments.begin > first + edge
+    is_end[by_name[by_name >= 0]] = True
+    ends = np.flatnonzero(is_end)
+    begins = np.flatnonzero(is_new & (moves & is_begin | (by_name >= 0)))
     states, dim = paths.states, paths.dim
     place, spread = states.mean[:, :dim], np.trace(states.covariance[:, :dim, :dim], 0, 1, 2)
     at_end, at_begin = paths.last[ends], paths.first[begins]
@@ -203,7 +207,8 @@ def _candidates(
         apart = np.sqrt(np.sum((place[at_end] - place[row]) ** 2, axis=1))
         noise = SIGMAS * np.sqrt(spread[at_end] + spread[row])
         fits = apart <= REACH * np.maximum(pace, later) * wait + noise
-        near = np.flatnonzero((is_silence | is_break) & (wait <= longest) & fits)
+        is_one = ends == by_name[begins[number]]
+        near = np.flatnonzero(((is_silence | is_break) & fits | is_one) & (wait <= longest))
         near = np.sort(near[np.argsort(wait[near], kind="stable")[:MOST_ENDS]])
         own.append(near)
         other.append(np.full(near.size, number))

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.tracks import TrackTable
 
-__all__ = ["FIRM", "Paths", "Segments", "segments_of", "whose"]
+__all__ = ["FIRM", "Paths", "Segments", "segments_of"]
 
 USUAL, LONG = 0.9, 4.0
 """Of the waits between a track's reports this share is usual; a silence that lasts so many times
@@ -87,32 +87,6 @@ def segments_of(
         before=np.where(begins[first], -1, np.arange(first.size) - 1),
     )
     return segments, of
-
-
-def whose(of: IntArray, identity: IntArray, count: int) -> IntArray:
-    """Return the identity that most reports of each of so many segments tell, -1 for none.
-
-    Parameters
-    ----------
-    of
-        The segment of each report, -1 for none.
-    identity
-        The identity that each report tells, -1 for none.
-    count
-        Number of segments.
-
-    Returns
-    -------
-    One for each segment.
-    """
-    rows = np.flatnonzero((of >= 0) & (identity >= 0))
-    pairs, number = np.unique(
-        np.stack([of[rows], identity[rows]], axis=1), axis=0, return_counts=True
-    )
-    most = np.full(count, -1, dtype=np.int64)
-    order = np.argsort(number, kind="stable")
-    most[pairs[order, 0]] = pairs[order, 1]
-    return most
 
 
 def _usual(track: IntArray, wait: FloatArray, count: int, of_all: float) -> FloatArray:
