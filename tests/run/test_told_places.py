@@ -8,10 +8,11 @@ import trackweave as tw
 from trackweave.config import load_configuration
 from trackweave.domain.facts import Facts, Place
 from trackweave.domain.frames import LocalFrame
+from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 from trackweave.io.reports import reports_in
 from trackweave.io.tables import RawTable
-from trackweave.run.told_places import on_plane, with_facts
+from trackweave.run.told_places import on_plane, standing, with_facts
 
 RANGES = pl.DataFrame(
     {
@@ -107,3 +108,47 @@ def test_what_is_no_place_is_refused(place: list[float]) -> None:
 def test_a_sensor_has_one_place() -> None:
     with pytest.raises(InvalidInputError, match="position or place, not both"):
         load_configuration({"sensors": {"A": {"place": [1, 2], "position": [0, 0]}}})
+
+
+def placed_in_rows(**columns: object) -> ReportTable:
+    """Return forty reports of two sensors that say in each row where they are."""
+    table = pl.DataFrame(
+        {
+            "time": np.arange(40.0),
+            "sensor": ["A", "B"] * 20,
+            "range_m": np.full(40, 9e3),
+            "azimuth_deg": np.arange(40.0),
+            "sensor_x": [100.0, -200.0] * 20,
+            "sensor_y": [50.0, 0.0] * 20,
+            **columns,
+        }
+    )
+    return reports_in(RawTable("x", table, np.arange(1, 41)))
+
+
+def test_a_sensor_that_stands_need_not_be_told_by_a_configuration() -> None:
+    nothing = load_configuration({})
+    found = standing(placed_in_rows(sensor_z=[7.0, 0.0] * 20), nothing)
+    assert found.platform is None
+    told = with_facts(nothing, found)
+    assert told.sensor("A")["position"] == [100.0, 50.0, 7.0]
+    assert told.sensor("B")["position"] == [-200.0, 0.0, 0.0]
+
+
+@pytest.mark.parametrize(
+    ("columns", "told"),
+    [
+        ({"sensor_x": [float(n) for n in range(40)]}, {}),
+        ({"sensor_vx": [3.0] * 40}, {}),
+        ({}, {"default": {"position": [0.0, 0.0]}}),
+    ],
+    ids=["moves", "has a speed", "told besides"],
+)  # fmt: skip
+def test_what_rows_say_stays_where_they_differ_or_more_is_told(columns, told) -> None:
+    table = placed_in_rows(**columns)
+    found = standing(table, load_configuration({"sensors": told}))
+    # Sensor B of the first stands.
+    kept = slice(0, None, 2)
+    assert found.platform is not None
+    np.testing.assert_array_equal(found.platform[kept], table.platform[kept])
+    assert "A" not in found.facts.positions

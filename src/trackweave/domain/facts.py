@@ -50,12 +50,13 @@ class Place:
 class Facts:
     """What a recording tells beside its reports.
 
-    ``places`` and ``scan_periods`` [s] are by the names that the column ``sensor`` has and count
-    as told; ``notes`` are sentences on what was assumed and why; ``left_out`` counts the records
-    that are whole but no reports, by what they are.
+    ``places``, ``positions`` on the reports' plane [m] and ``scan_periods`` [s] are by the names
+    that the column ``sensor`` has and count as told; ``notes`` are sentences on what was assumed
+    and why; ``left_out`` counts the records that are whole but no reports, by what they are.
     """
 
     places: dict[str, Place] = field(default_factory=dict)
+    positions: dict[str, tuple[float, float, float]] = field(default_factory=dict)
     scan_periods: dict[str, float] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
     left_out: dict[str, int] = field(default_factory=dict)

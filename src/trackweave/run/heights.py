@@ -26,7 +26,7 @@ from trackweave.run.registering import (
 )
 from trackweave.run.sighting import tracks_of
 from trackweave.run.sweeping import with_sweeps
-from trackweave.run.told_places import with_facts
+from trackweave.run.told_places import standing, with_facts
 
 __all__ = ["HeightFinding", "found_heights", "registered"]
 
@@ -145,6 +145,7 @@ def registered(
 ) -> tuple[HeightFinding, Registration]:
     """Return what was found of sweeps, of heights and then of biases, where any are looked for."""
     reports, configuration = with_sweeps(reports, configuration)
+    reports = standing(reports, configuration)
     told, polar = with_facts(configuration, reports), tuple[str, ...]()
     reports, told, placed = with_beam_places(reports, told)
     if looks:

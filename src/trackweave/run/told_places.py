@@ -1,5 +1,6 @@
 """Where sensors stand and how they turn, as a recording or a file of keys tells it."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import InvalidInputError
 
-__all__ = ["on_plane", "with_facts"]
+__all__ = ["on_plane", "standing", "with_facts"]
 
 # A position whose numbers lie so near to the latitude and longitude of the reports' plane
 # [degrees] is told in degrees, unless these themselves are small.
 AMONG, SMALL = 2.0, 3.0
+# Fewer rows do not tell whether a sensor stands.
+FEWEST_ROWS = 20
 
 
 def with_facts(configuration: Configuration, reports: ReportTable) -> Configuration:
@@ -27,6 +30,9 @@ def with_facts(configuration: Configuration, reports: ReportTable) -> Configurat
         place = reports.facts.places.get(name)
         if place is not None and not {"position", "place"} & set(told) and reports.frame:
             own["position"] = _position(place, reports.frame, reports.dim)
+        stands = reports.facts.positions.get(name)
+        if stands is not None and not {"position", "place"} & (set(told) | set(own)):
+            own["position"] = [round(float(number), 3) for number in stands]
         period = reports.facts.scan_periods.get(name)
         if period is not None and "scan_period" not in told:
             own["scan_period"] = period
@@ -37,6 +43,28 @@ def with_facts(configuration: Configuration, reports: ReportTable) -> Configurat
         merged = {name: {**given.get(name, {}), **own} for name, own in sensors.items()}
         configuration = configuration.changed(sensors={**given, **merged})
     return on_plane(configuration, reports.frame, reports.dim)
+
+
+def standing(reports: ReportTable, configuration: Configuration) -> ReportTable:
+    """Return reports that say of a sensor which stands where it is once, not in each row."""
+    # What moves is not registered. Where a position is told as well, each row's own counts.
+    if reports.platform is None:
+        return reports
+    platform, positions = reports.platform.copy(), dict(reports.facts.positions)
+    for index, name in enumerate(reports.sensors):
+        rows = np.flatnonzero(reports.sensor == index)
+        is_told = {"position", "place"} & set(configuration.sensor(name))
+        if is_told or name in reports.facts.places or rows.size < FEWEST_ROWS:
+            continue
+        first = platform[rows[0]]
+        # A row that says nothing is unlike all others, and so is not a number.
+        if np.all(platform[rows] == first) and not first[3:].any():
+            positions[name] = (float(first[0]), float(first[1]), float(first[2]))
+            platform[rows] = np.nan
+    if len(positions) == len(reports.facts.positions):
+        return reports
+    left = None if np.isnan(platform).all() else platform
+    return replace(reports, platform=left, facts=replace(reports.facts, positions=positions))
 
 
 def on_plane(configuration: Configuration, frame: LocalFrame | None, dim: int) -> Configuration:
