@@ -42,6 +42,28 @@ settings.register_profile("explore", parent=settings.get_profile("steady"), dera
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "steady"))
 
 
+def _is_of_all(config: pytest.Config) -> bool:
+    """Tell whether all tests are asked for, and none by its file or its marks."""
+    if hasattr(config, "workerinput"):
+        return bool(config.workerinput["is_of_all"])
+    is_all = config.args_source is pytest.Config.ArgsSource.TESTPATHS
+    return is_all and config.option.markexpr == "not tutorial" and not config.option.keyword
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_configure_node(node) -> None:
+    """Let workers know what was asked for."""
+    node.workerinput["is_of_all"] = _is_of_all(node.config)
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave the slow tests out where all are asked for: the others take five minutes."""
+    if _is_of_all(config):
+        slow = [item for item in items if "slow" in item.keywords]
+        config.hook.pytest_deselected(items=slow)
+        items[:] = [item for item in items if "slow" not in item.keywords]
+
+
 @pytest.fixture(scope="session")
 def shared() -> Path:
     """Return the folder of recordings beside the checkout, or skip the test."""

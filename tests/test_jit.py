@@ -59,6 +59,7 @@ def test_kernels_release_the_lock_keep_their_code_and_round_strictly(file):
         assert kernel.targetoptions["nopython"]
 
 
+@pytest.mark.slow
 def test_code_is_kept_and_found_again(tmp_path):
     first = run(USE_A_KERNEL, NUMBA_CACHE_DIR=str(tmp_path / "kept"))
     kept = {path: path.stat().st_mtime_ns for path in (tmp_path / "kept").rglob("*.nbc")}

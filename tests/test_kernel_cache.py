@@ -14,6 +14,8 @@ import trackweave
 from trackweave.kernel_cache import FOLDER, STAMP, name_of
 from trackweave.warming.packing import kernels
 
+pytestmark = pytest.mark.slow
+
 SOURCE = Path(trackweave.__file__).parent
 # One kernel by itself, and one within which numba's own power of integers may raise.
 USE = """

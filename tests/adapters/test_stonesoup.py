@@ -51,6 +51,7 @@ def scene(n: int = 20) -> list[tuple[datetime, list[Detection]]]:
     ]
 
 
+@pytest.mark.slow
 def test_detections_are_tracked_and_come_back_as_updates():
     detections = [each for _, some in scene() for each in some]
     reports = reports_of(detections)

@@ -86,6 +86,7 @@ def cost_of_both(first, second, area):
     return clutter - detected - LOG_DENSITY - np.log(area)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", [1, -1], ids=["west first", "east first"])
 @pytest.mark.parametrize("seed", range(3))
 def test_two_crossing_bearings_cost_what_the_plane_says(seed, order):

@@ -105,6 +105,7 @@ def test_every_tuple_costs_the_sum_over_consecutive_sensors() -> None:
         assert cost == pytest.approx(b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_the_best_answer_is_that_of_all_permutations(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -133,6 +133,7 @@ def test_two_reports_beside_one_another_in_told_scans_are_never_of_one_object():
     assert len(every(window.views, window.setting)) < len(found)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("motion", [STEADY, THREE], ids=["one mode", "three"])
 @pytest.mark.parametrize("turning", [0.0, 4.0], ids=["at once", "in a turn"])
 def test_misses_are_charged_by_the_share_that_is_covered(motion, turning):

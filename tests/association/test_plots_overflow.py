@@ -87,6 +87,7 @@ def test_at_last_a_set_is_not_grown_without_its_nearest():
     assert len(PlotsRule(1e-6, overflow="thin", max_tuples=20)(sensors)) == 20
 
 
+@pytest.mark.slow
 def test_a_thousand_plots_of_each_in_one_cell_end_soon():
     sensors = cell(n_plots=1000)
     rule = PlotsRule(1e-6, overflow="thin", max_tuples=2_000_000)

@@ -79,6 +79,7 @@ def test_finds_and_prices_every_tuple_of_positions(rule, dim):
     assert min(n_tuples) > 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", RULES)
 def test_finds_and_prices_every_tuple_of_bearings(rule):
     n_tuples = [len(assert_as_the_oracle_says(cameras(seed), rule)) for seed in range(5)]

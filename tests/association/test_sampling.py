@@ -50,6 +50,7 @@ def exact_probabilities(scored: ScoredTuples) -> np.ndarray:
     return weight / descend(0, set(), [], 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_lone", [False, True])
 @pytest.mark.parametrize(("seed", "sizes"), [(1, (3, 2, 2)), (2, (2, 1, 2, 1)), (3, (4, 3))])
 def test_tuples_are_drawn_as_often_as_they_are_probable(

@@ -114,6 +114,7 @@ def trackweave(*arguments: object, **options: object) -> "subprocess.Popen[str]"
     )
 
 
+@pytest.mark.slow
 def test_control_c_is_status_130_and_leaves_nothing(tmp_path: Path) -> None:
     reports = write_reports(tmp_path / "reports.csv", n_scans=20_000)
     process = trackweave("track", reports, "--out", tmp_path / "out")

@@ -67,6 +67,7 @@ def found(run: Run, *arguments: object) -> dict[str, Any]:
     return values
 
 
+@pytest.mark.slow
 def test_prints_one_json_object(run: Run, problem: Path) -> None:
     values = found(run, problem)
     assert values.pop("time_s") >= 0.0
@@ -96,6 +97,7 @@ def test_quiet_says_nothing(run: Run, problem: Path) -> None:
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_every_method_gives_a_bound_and_an_answer_that_costs_what_it_says(
     method: str, run: Run, tmp_path: Path
@@ -142,6 +144,7 @@ def test_writes_the_answer_by_the_ending(name: str, run: Run, problem: Path) -> 
     assert sorted(path.name for path in problem.parent.iterdir()) == sorted([name, "problem.csv"])
 
 
+@pytest.mark.slow
 def test_the_same_seed_gives_the_same_answer(run: Run, tmp_path: Path) -> None:
     file = random_axial(tmp_path / "p.txt", 9)
     told, written = [], []
@@ -168,6 +171,7 @@ def test_says_why_nothing_is_chosen(run: Run, tmp_path: Path, cost: float, is_sa
     assert ("no tuple is chosen" in run("solve", table).stderr) == is_said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 def test_no_time_at_all_gives_what_can_be_had_at_once(
     method: str, run: Run, tmp_path: Path
@@ -285,6 +289,7 @@ def test_refuses_bad_problems_in_one_line(
     assert not out.exists()
 
 
+@pytest.mark.slow
 def test_a_table_of_an_infeasible_problem_is_empty(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -310,6 +315,7 @@ def test_takes_a_hundred_thousand_tuples(run: Run, tmp_path: Path) -> None:
     assert values["cost"] < -100
 
 
+@pytest.mark.slow
 def test_control_c_is_status_130_and_leaves_nothing(problem: Path) -> None:
     out = problem.parent / "a.csv"
     code = (

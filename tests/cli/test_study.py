@@ -49,6 +49,7 @@ def study(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_runs_a_study_and_tells_what_came_out(run: Run, study: Path, tmp_path: Path) -> None:
     out = tmp_path / "out"
     done = run("study", study, "--out", out, "--workers", 1, "--json")
@@ -60,6 +61,7 @@ def test_runs_a_study_and_tells_what_came_out(run: Run, study: Path, tmp_path: P
     assert (out / "runs.parquet").exists()
 
 
+@pytest.mark.slow
 def test_a_study_killed_at_any_time_goes_on(study: Path, tmp_path: Path) -> None:
     whole, out = tmp_path / "whole", tmp_path / "out"
     command = [sys.executable, "-m", "trackweave", "study", study, "--workers", "1", "--out"]
@@ -130,6 +132,7 @@ def test_a_directory_that_is_not_its_own_stays_as_it_is(
     assert [path.name for path in out.iterdir()] == ["letter.txt"]
 
 
+@pytest.mark.slow
 def test_searches_and_writes_a_configuration(run: Run, study: Path, tmp_path: Path) -> None:
     study.write_text(STUDY + "\n[configurations.window.sweep]\nwindow.depth = [2, 4]\n")
     out = tmp_path / "out"
@@ -151,6 +154,7 @@ def test_nothing_to_search_is_told(run: Run, study: Path, tmp_path: Path) -> Non
     )
 
 
+@pytest.mark.slow
 def test_a_study_whose_every_run_fails_is_refused(run: Run, study: Path, tmp_path: Path) -> None:
     study.write_text(STUDY.replace("seeds = 3", "seeds = 3\ntime_limit = 1e-6"))
     done = run("study", study, "--out", tmp_path / "out", "--workers", 1)

@@ -122,6 +122,7 @@ def test_quiet_says_nothing(run: Run, reports: Path, tmp_path: Path) -> None:
     assert (done.exit_code, done.stdout, done.stderr) == (0, "", "")
 
 
+@pytest.mark.slow
 def test_records_the_file_as_it_was_given(
     run: Run, reports: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

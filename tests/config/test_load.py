@@ -288,6 +288,7 @@ keys = st.sampled_from(
 )
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(
         sections | st.text(max_size=5),

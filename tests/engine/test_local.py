@@ -112,6 +112,7 @@ def test_nobody_waits_for_one_that_stops_in_a_message() -> None:
     assert told == ["was killed by signal 9"]
 
 
+@pytest.mark.slow
 def test_a_stopped_worker_is_replaced_and_its_task_done_by_another(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -134,6 +135,7 @@ def test_a_stopped_worker_is_replaced_and_its_task_done_by_another(
     assert all_end([first])
 
 
+@pytest.mark.slow
 def test_why_a_stopped_worker_was_ended_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("trackweave.engine.local.LOOK_S", 0.5)
     monkeypatch.setattr("trackweave.engine.alive.SILENT_S", 3.0)

@@ -45,6 +45,7 @@ def test_straight_flights_cost_what_laplace_says(seed):
     assert flight_of(own, 0.0, SPEED, REACH).cost == pytest.approx(expected, abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_a_process_noise_is_likeliest_near_the_true_one(seed):
     own = bearings(np.random.default_rng(seed), process_noise=0.3, size=200)

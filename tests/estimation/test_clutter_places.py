@@ -92,6 +92,7 @@ def test_tracks_that_wander_through_the_sea_are_no_objects():
     assert sum(count for *_, count in found.echoes) > 4.0
 
 
+@pytest.mark.slow
 def test_a_sea_makes_few_tracks_and_no_turns():
     time, place, whose = scene(150, seed=5)
     result = tw.track(pl.DataFrame({"time": time, "x": place[:, 0], "y": place[:, 1]}))

@@ -108,6 +108,7 @@ def test_reports_on_a_line_tell_as_much_as_those_of_a_plane(heading: float) -> N
     assert "lie on a line" in found.notes[0]
 
 
+@pytest.mark.slow
 def test_says_when_an_estimate_is_doubtful() -> None:
     assert estimate(scene()).doubts == {}
     crowd = estimate(scene(n_targets=100, clutter=300.0, period=20.0))
@@ -117,6 +118,7 @@ def test_says_when_an_estimate_is_doubtful() -> None:
     assert "usual values stand in" in noise.doubts["A"]
 
 
+@pytest.mark.slow
 def test_tells_noise_in_a_crowd_whose_neighbours_are_near() -> None:
     found = estimate(scene(n_targets=100, clutter=100.0, period=12.0))
     assert 9.0 < found.sensors["A"].sigma < 11.0
@@ -223,6 +225,7 @@ def test_any_reports_give_finite_positive_values(rows: list[tuple[float, float, 
     assert min(found) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["T5_S1_r1", "T20_S1_r1", "T50_S1_r1", "T100_S1_r1"])
 def test_is_near_the_truth_of_the_benchmark_scenes(shared: Path, name: str) -> None:
     with (shared / "bench" / "data" / name / "detections.csv").open() as file:

@@ -38,6 +38,7 @@ def errors(found: Rotation, time, begins):
     return np.abs(off - np.round(off))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [

@@ -54,6 +54,7 @@ def test_what_is_wrong_is_counted(wrong):
         assert 0.6 * wrong < found < 1.2 * wrong
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", ["numbers", "unknown", "half unknown"])
 def test_what_names_no_object_is_no_identity(names):
     table = ships(np.random.default_rng(9), wrong=0.0)
@@ -138,6 +139,7 @@ def test_names_that_are_often_wrong_thread_nothing():
     assert identity_threads(reports, np.arange(len(reports))) is None
 
 
+@pytest.mark.slow
 def test_a_herd_is_followed_by_names():
     """Animals nearer to each other than they go between two fixes, nothing told."""
     table = herd(np.random.default_rng(8))

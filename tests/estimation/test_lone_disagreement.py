@@ -6,6 +6,8 @@ import pytest
 
 import trackweave as tw
 
+pytestmark = pytest.mark.slow
+
 N, SIDE, END = 9, 40e3, 240.0
 
 

@@ -2,12 +2,15 @@
 
 import numpy as np
 import polars as pl
+import pytest
 
 import trackweave as tw
 from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
 from trackweave.models.local_noise import local_noise
 from trackweave.run.tracking import settings_for
+
+pytestmark = pytest.mark.slow
 
 STEP, FRAMES = 0.2, 600
 

@@ -12,6 +12,7 @@ from trackweave.estimation.disagreement import disagreements
 from trackweave.metrics import assignment_quality
 
 
+@pytest.mark.slow
 def test_scans_hours_apart_at_any_time_are_followed_from_one_to_the_next():
     rng = np.random.default_rng(6)
     passes = np.cumsum(3600.0 * rng.choice([2.3, 5.0, 8.9, 14.2, 21.7], 60))

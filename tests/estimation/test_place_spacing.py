@@ -2,6 +2,7 @@
 
 import numpy as np
 import polars as pl
+import pytest
 
 import trackweave as tw
 from trackweave.estimation.place_spacing import spacing_of_places
@@ -36,6 +37,7 @@ def test_who_goes_anywhere_has_none_however_long_it_rests():
     assert spacing_of_places(place[:0], place[:0]) == 0.0
 
 
+@pytest.mark.slow
 def test_badges_in_rooms_are_who_they_say():
     # Somebody else was in each room lately, so that all names seemed to be at many places at once.
     table = badges(np.random.default_rng(3))

@@ -57,6 +57,7 @@ def test_reports_without_names_change_none():
     assert renaming_share(tw.read_reports(table), 0) == 0.0
 
 
+@pytest.mark.slow
 def test_an_object_goes_on_under_another_name():
     table = walkers(np.random.default_rng(5), 200.0)
     result = tw.track(table.drop("person"), rng=0)

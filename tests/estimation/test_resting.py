@@ -248,6 +248,7 @@ def test_the_same_reports_give_the_same_bytes():
     assert first[1] == again[1]
 
 
+@pytest.mark.slow
 def test_hundreds_of_one_stamp_are_parted_too():
     rng = np.random.default_rng(2)
     time = np.repeat([0.0, 60.0], 350)

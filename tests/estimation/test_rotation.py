@@ -78,6 +78,7 @@ def test_a_clock_that_is_set_meanwhile_is_followed_on_both_sides(step: float) ->
     assert np.mean(off < 0.1) > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_a_sensor_that_does_not_turn_is_told(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -100,6 +101,7 @@ def staring() -> tuple[np.ndarray, np.ndarray]:
     return np.repeat(2.0 * np.arange(50), 10), place + rng.normal(0, 0.01, 500)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("time", "azimuth"),
     [
@@ -192,6 +194,7 @@ def test_a_beam_whose_speed_is_changed_is_followed_in_parts(periods: tuple[float
         assert np.min(np.abs(lengths - period)) < 0.01 * period
 
 
+@pytest.mark.slow
 def test_reports_that_come_as_they_like_are_no_beam_in_parts() -> None:
     rng = np.random.default_rng(5)
     for _ in range(5):

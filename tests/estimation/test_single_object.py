@@ -84,6 +84,7 @@ def test_a_slow_way_in_its_noise_is_of_one_object(bend: float, seed: int) -> Non
     assert 0.05 < found.speed < 0.3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["even", "loose"])
 @pytest.mark.parametrize("told", [{}, {"sigma": 1.5}, {"sigma": 3.0}, {"sigma": 6.0}])
 @pytest.mark.parametrize("count", [15, 60, COUNT])

@@ -36,6 +36,7 @@ def threads_of(table: pl.DataFrame) -> tuple[np.ndarray, np.ndarray, list[np.nda
     return table["time"].to_numpy(), table.select("x", "y").to_numpy(), rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wild", [0.0, 0.03])
 @pytest.mark.parametrize("seed", [6, 9])
 def test_who_rests_and_flies_keeps_its_name(seed, wild) -> None:

@@ -92,6 +92,7 @@ def tracked(site, *further):
     return CliRunner().invoke(app, list(map(str, ("track", site / "reports.csv", *out, *further))))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("method", "whose"),
     [

@@ -47,6 +47,7 @@ def test_each_plugin_fits_on_a_few_pages():
         assert len(lines) <= LONGEST
 
 
+@pytest.mark.slow
 def test_bodies_are_followed_down_by_the_model_of_their_drag(example):
     run("make_reentry.py", example)
     out = example / "out"

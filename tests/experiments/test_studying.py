@@ -19,6 +19,8 @@ from trackweave.io.encoding import encode_table
 from trackweave.io.frames_out import reports_frame, truth_frame
 from trackweave.simulation import scenario_of, simulate
 
+pytestmark = pytest.mark.slow
+
 SAME = ("runs.parquet", "summary.csv", "differences.csv")
 """What has nothing of the clock in it."""
 

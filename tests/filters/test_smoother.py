@@ -200,6 +200,7 @@ def bent_path(rng, length=60, turn=(20, 40), rate=0.15):
     return np.array(states)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("unscented", [False, True])
 @pytest.mark.parametrize(
     ("kind", "sigma"),

@@ -71,6 +71,7 @@ def test_its_reports_can_be_tracked(case):
     assert len(reports_in(table, on_bad_row="skip")) > 0
 
 
+@pytest.mark.slow
 @cases
 @settings(max_examples=60)
 @given(places=st.lists(st.integers(0, 1 << 20), max_size=12))
@@ -91,6 +92,7 @@ def test_one_byte_at_a_time_makes_no_difference(case):
     assert listed == listed_again
 
 
+@pytest.mark.slow
 @cases
 @settings(max_examples=150)
 @given(

@@ -85,6 +85,7 @@ def test_a_damaged_message_of_an_aircraft_is_skipped(line):
     assert (len(table), decoder.skips.count) == (1, 1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "data", "keep"),
     [("sbs", (MESSAGE + b"\n") * 20, 0), ("opensky", b"\n".join(

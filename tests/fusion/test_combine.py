@@ -33,6 +33,7 @@ def test_convex_combination_adds_information() -> None:
     assert covariance == pytest.approx(np.diag([0.8, 0.8]))
 
 
+@pytest.mark.slow
 def test_intersection_of_mirrored_covariances_weighs_them_alike() -> None:
     for method in INTERSECTIONS:
         mean, covariance = combine([[0.0, 0.0], [5.0, 5.0]], TWO, method)

@@ -75,6 +75,7 @@ def test_no_partition_costs_less(seed: int, n_sensors: int, n_objects: int, n_ti
         assert found.certificate.status is Status.OPTIMAL
 
 
+@pytest.mark.slow
 def test_each_group_has_one_track_of_a_sensor_at_most_and_passes_its_test() -> None:
     now = scene(9, 6, 12, 3)
     found = Grouping(Statistic())(now, None, np.random.default_rng(0))

@@ -26,6 +26,7 @@ def squared_error(found: Registration, truth: np.ndarray) -> float:
     return float(error @ np.linalg.solve(found.covariance[np.ix_(known, known)], error))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_told", [True, False], ids=["pairs told", "pairs found"])
 def test_recovers_shift_turn_and_clock_within_three_sigma(is_told: bool) -> None:
     squared = []
@@ -133,6 +134,7 @@ def test_sensors_of_different_rates_are_set_side_by_side() -> None:
         assert squared_error(found, TRUTH.numbers()) < 20.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("apart", [0.7, 2.0])
 @pytest.mark.parametrize("process_noise", [1e-3, 0.5])
 def test_sensors_that_look_at_other_times_tell_as_much(apart: float, process_noise: float) -> None:

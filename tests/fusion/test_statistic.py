@@ -88,6 +88,7 @@ def test_the_threshold_of_the_fused_mean_is_that_of_chi_squared(
     assert found.threshold[0] == pytest.approx(expected, rel=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("memory", ["full", "fading"])
 @pytest.mark.parametrize("kind", ["fused-mean", "chain", "all-pairs"])
 @pytest.mark.parametrize("n_members", [2, 3, 6])

@@ -59,6 +59,7 @@ def test_exports_exactly_what_it_defines_in_public(file: Path) -> None:
     assert len(set(exported)) == len(exported)
 
 
+@pytest.mark.slow
 def test_kernels_are_compiled_by_one_decorator_without_fast_math() -> None:
     wrong = {}
     for file in SOURCES:
@@ -84,6 +85,7 @@ def test_edges_hold_no_kernels() -> None:
     assert [name_of(file) for file in edges if "trackweave.jit" in file.read_text()] == []
 
 
+@pytest.mark.slow
 def test_generators_are_made_of_seeds_in_one_place() -> None:
     # The commands have their own. Estimates alone must follow from the reports, whatever the seed
     # of the run that takes them.
@@ -96,6 +98,7 @@ def test_generators_are_made_of_seeds_in_one_place() -> None:
     assert makers == ["src/trackweave/randomness.py", "src/trackweave/run/refining.py"]
 
 
+@pytest.mark.slow
 def test_library_raises_its_own_exceptions() -> None:
     foreign = {"Exception", "BaseException", "ValueError", "RuntimeError", "AssertionError"}
     found = [

@@ -144,6 +144,7 @@ def test_reads_back_what_pythons_own_writer_writes(rows, style):
     assert table.columns.rows() == [tuple(cell or None for cell in row) for row in wanted]
 
 
+@pytest.mark.slow
 @settings(max_examples=1500)
 @given(
     data=st.lists(

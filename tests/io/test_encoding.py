@@ -78,6 +78,7 @@ def test_numbers_read_back_to_the_last_bit(values):
     np.testing.assert_array_equal(again, values)
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.tuples(st.text(alphabet='ab,"\n\r; \té', max_size=5), st.text(max_size=3)),

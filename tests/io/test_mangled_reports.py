@@ -10,12 +10,15 @@ import numpy as np
 import pandas as pd
 import polars as pl
 import pyarrow as pa
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from trackweave.domain.reports import ReportTable
 from trackweave.errors import DataFormatError
 from trackweave.formats.reading import read_reports
+
+pytestmark = pytest.mark.slow
 
 FOLDER = Path(tempfile.mkdtemp(prefix="trackweave-mangled-"))
 atexit.register(shutil.rmtree, FOLDER, ignore_errors=True)

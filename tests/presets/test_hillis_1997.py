@@ -9,6 +9,8 @@ from trackweave.presets import hillis, hillis_1997
 from trackweave.run import track
 from trackweave.solvers import islands
 
+pytestmark = pytest.mark.slow
+
 CONFIG = {
     "motion": {"process_noise": 0.1, "max_speed": 20.0},
     "sensors": {

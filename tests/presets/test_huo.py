@@ -20,6 +20,7 @@ def tables() -> dict[str, object]:
     return {"A": sensor_table(rng, PLACES, TIMES), "B": sensor_table(rng, some, TIMES), "C": blind}
 
 
+@pytest.mark.slow
 def test_takes_unequal_and_empty_lists_which_the_strict_one_refuses() -> None:
     found = tw.fuse(tables(), preset="huo", rng=np.random.default_rng(1))
     pairs = {

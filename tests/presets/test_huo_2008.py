@@ -1,6 +1,7 @@
 """The preset is what the document says."""
 
 import numpy as np
+import pytest
 
 from trackweave.association.problem import AssignmentProblem
 from trackweave.config.fusion import order_of, settle_fusion
@@ -34,6 +35,7 @@ def test_the_rates_make_up_the_population() -> None:
     assert ListGenetic(**options).shares == (kept, mutants)
 
 
+@pytest.mark.slow
 def test_finds_the_pairs_of_a_plain_problem() -> None:
     costs = np.full((6, 6), 10.0) - 9.0 * np.eye(6)
     table = np.argwhere(costs > 0) + 1

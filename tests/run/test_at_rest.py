@@ -36,6 +36,7 @@ def as_ranges(walkers: pl.DataFrame) -> pl.DataFrame:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ranges", [False, True])
 def test_echoes_that_are_seen_nearly_as_often_as_objects_are_none_where_that_is_told(
     walkers: pl.DataFrame, ranges: bool

@@ -6,6 +6,8 @@ import pytest
 
 import trackweave as tw
 
+pytestmark = pytest.mark.slow
+
 TRUE_PROCESS = 2.0
 
 

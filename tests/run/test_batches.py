@@ -77,6 +77,7 @@ CONFIGURATION = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("named", [True, False])
 def test_what_a_radar_alone_sees_is_tracked_beside_many_lone_reports(named):
     # The window held fifteen of six reports a second: not one turn of the radar.

@@ -27,6 +27,7 @@ def stamped(table, stamp):
     return table.with_columns(pl.col("time").alias("was"), time=told).sort("time")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stamp", LOOSE.values(), ids=LOOSE)
 def test_reports_count_as_of_when_the_beam_was_there(stamp):
     table = stamped(radar(), stamp)
@@ -77,6 +78,7 @@ def test_walkers_around_a_lidar_are_no_beam():
     assert unchanged(pl.DataFrame(table))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stamp", [None, LOOSE["late by 0.3 s"]], ids=["exact", "loose"])
 def test_a_radar_that_nobody_placed_stands_where_its_beam_turns(stamp):
     table = radar() if stamp is None else stamped(radar(), stamp)
@@ -99,6 +101,7 @@ def test_a_place_that_is_told_is_kept(said):
     assert with_beam_places(reports, told) == (reports, told, ())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pause", "jitter"), [(0.1, 0.001), (0.1, 0.01), (0.5, 0.05)])
 def test_one_object_that_circles_a_camera_whose_frames_jitter_is_no_beam(pause, jitter):
     rng = np.random.default_rng(1)
@@ -144,6 +147,7 @@ def test_a_radar_near_the_middle_is_placed_and_its_exact_stamps_stay():
     assert with_beam_times(placed, told) is placed
 
 
+@pytest.mark.slow
 def test_a_place_told_in_degrees_is_where_a_radar_of_positions_stands():
     table = on_a_plane(radar(), 0.0, 0.0).sort("time")
     lat, lon, _ = LocalFrame(60.0, 10.0).to_geodetic(table.select("x", "y").to_numpy())

@@ -9,6 +9,8 @@ import pytest
 import trackweave as tw
 from trackweave.metrics import assignment_quality
 
+pytestmark = pytest.mark.slow
+
 STATIONS = np.array([[-3000.0, -2000.0], [4000.0, -2500.0], [500.0, 4500.0]])
 SIGMA = 0.5  # Degrees
 

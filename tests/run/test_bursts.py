@@ -9,6 +9,8 @@ from trackweave.config import load_configuration
 from trackweave.metrics import assignment_quality
 from trackweave.run.tracking import settings_for
 
+pytestmark = pytest.mark.slow
+
 
 def walkers(seed=1):
     """Return ten walkers in frames a second apart, with misses and false alarms."""

@@ -14,6 +14,8 @@ from trackweave.domain.frames import LocalFrame
 from trackweave.run.cartesian_to_polar import as_measured
 from trackweave.run.polar_to_cartesian import laid
 
+pytestmark = pytest.mark.slow
+
 AT, HIGH = (4e3, -7e3), 350.0
 TOLD = {"measurement": "range-azimuth", "position": [*AT, HIGH]}
 

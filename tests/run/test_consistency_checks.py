@@ -58,6 +58,7 @@ def test_uses_the_noise_that_tracks_show_where_half_of_it_is_told() -> None:
     assert run["sources"]["sensors.default.sigma"] == "estimated"
 
 
+@pytest.mark.slow
 def test_says_what_was_told_and_seen_once_and_how_to_keep_it() -> None:
     run = track(lines(), told(NOISE / 4)).run
     assert [each["cause"] for each in run["diagnostics"]] == ["sigma"]
@@ -120,6 +121,7 @@ def test_noise_that_reports_carry_themselves_is_not_doubted() -> None:
     assert track(reports, told(NOISE)).run["told"] == []
 
 
+@pytest.mark.slow
 def test_noise_that_reports_carry_themselves_is_not_called_told() -> None:
     reports = lines().with_columns(sigma_x=pl.lit(NOISE / 4), sigma_y=pl.lit(NOISE / 4))
     noted = track(reports).run["diagnostics"]
@@ -149,6 +151,7 @@ def buses(sigma: float) -> pl.DataFrame:
     return table.sort("time")
 
 
+@pytest.mark.slow
 def test_stops_and_turns_between_reports_are_not_taken_for_noise() -> None:
     config = {
         "motion": {"process_noise": 2.0, "max_speed": 14.0},

@@ -9,6 +9,8 @@ from trackweave.estimation.bearing_flights import Bearings
 from trackweave.metrics import assignment_quality
 from trackweave.run.deghosting import unbroken
 
+pytestmark = pytest.mark.slow
+
 SIGMA_DEG = 0.2
 
 

@@ -115,6 +115,7 @@ def test_whatever_is_measured_differently_is_no_copy(columns: dict[str, Any]) ->
     assert firsts(standing([1.0, 1.0], **same, note=["x", "y"])) == [("2", "1")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("frame", "config", "later"),
     [(scans(), SCANNING, 0.0), (scans(), None, 0.0), (lone(), ANYHOW, 1.0), (lone(), None, 1.0)],

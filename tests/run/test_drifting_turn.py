@@ -2,8 +2,11 @@
 
 import numpy as np
 import polars as pl
+import pytest
 
 import trackweave as tw
+
+pytestmark = pytest.mark.slow
 
 
 def drifting(direction: int = 1, wander: float = 0.003) -> pl.DataFrame:

@@ -37,6 +37,7 @@ def tags(count: int, seed: int, *, loose: float, lost: float = 0.05) -> pl.DataF
     return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("loose", [0.0, 0.1])
 @pytest.mark.parametrize("count", [2, 3, 6])
 @pytest.mark.parametrize("seed", [11, 12, 13])
@@ -50,6 +51,7 @@ def test_two_tags_are_followed_whether_it_is_told_that_nobody_looks(seed: int) -
     assert quality(tags(2, seed, loose=0.1), told) > 0.95
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [2, 5])
 @pytest.mark.parametrize("seed", [21, 22, 23, 24])
 def test_who_has_a_name_keeps_it_at_any_phase(count: int, seed: int) -> None:

@@ -52,6 +52,7 @@ def test_heights_are_those_at_which_radars_see_their_objects_at_one_place(report
     assert finding.as_record()["reports"] == finding.n_filled
 
 
+@pytest.mark.slow
 def test_tracks_are_those_of_heights_that_are_told() -> None:
     names, by_way = ("east", "west"), {}
     reports = sky(seed=9, minutes=2.0, n_aircraft=10, names=names)
@@ -78,6 +79,7 @@ def test_heights_of_0_m_for_all_are_those_of_a_radar_that_knows_of_none(reports)
     np.testing.assert_array_equal(*others)
 
 
+@pytest.mark.slow
 def test_heights_of_0_m_of_what_is_on_the_ground_are_left_alone(reports) -> None:
     ground = (pl.col("range_m") ** 2 - pl.col("height_m").fill_null(0.0) ** 2).clip(1.0).sqrt()
     finding = found(reports.with_columns(range_m=ground, height_m=pl.lit(0.0)))
@@ -94,6 +96,7 @@ def test_ranges_on_the_ground_are_left_alone(reports) -> None:
     assert finding.notes() == []
 
 
+@pytest.mark.slow
 def test_an_azimuth_that_is_off_is_no_height(reports) -> None:
     """Biases alone explain ranges on the ground: 0.5° are 400 m at 50 km, as heights may be."""
     ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
@@ -116,6 +119,7 @@ def test_heights_of_one_radar_serve_the_others(reports) -> None:
     assert np.median(np.abs(off_by[known])) < 60.0
 
 
+@pytest.mark.slow
 def test_biases_are_told_apart_from_heights(reports) -> None:
     frame = off(without(reports), "east", azimuth_deg=0.3)
     finding = found(frame)
@@ -172,6 +176,7 @@ def test_nothing_is_looked_for_where_nothing_can_be(reports, ways) -> None:
     assert finding.notes() == []
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_ahead_is_no_height(reports) -> None:
     """On the ground it explains all; the ranges are those on the ground, and it is found."""
     ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
@@ -187,6 +192,7 @@ def test_a_clock_that_is_ahead_is_no_height(reports) -> None:
     assert clock[names.index("east")] - clock[names.index("west")] == pytest.approx(2.5, abs=0.25)
 
 
+@pytest.mark.slow
 def test_a_clock_that_is_told_is_no_height(reports) -> None:
     ground = (pl.col("range_m") ** 2 - pl.col("true").fill_null(0.0) ** 2).clip(1.0).sqrt()
     frame = off(without(reports).with_columns(range_m=ground), "east", clock=6.0)

@@ -7,6 +7,8 @@ import pytest
 import trackweave as tw
 from trackweave.metrics import assignment_quality
 
+pytestmark = pytest.mark.slow
+
 PERIOD, LAST = 5.0, 900.0
 
 

@@ -20,6 +20,7 @@ def test_nothing_is_known_at_first_nor_of_other_reports_or_questions():
     assert kept.known(("told",), (time + 1.0,)) is None
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "is_again"), [("sigma", False), ("detection_probability", True)])
 def test_noise_that_is_told_otherwise_is_no_reason_to_follow_all_again(monkeypatch, key, is_again):
     follow, calls, kept = refining._follow, [], Kept()

@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.slow
+
 HEAVY = (
     "matplotlib", "pandas", "pyarrow", "rich", "narwhals", "highspy", "pymap3d", "scipy.stats",
     "scipy.spatial", "scipy.optimize", "scipy.sparse",

@@ -14,6 +14,8 @@ from trackweave.metrics import assignment_quality
 from trackweave.run.kept import Kept
 from trackweave.run.likelier import likelier, told_by_tracks
 
+pytestmark = pytest.mark.slow
+
 
 def tags(spacing: float, minutes: float = 2.0, every: float = 1.0) -> pl.DataFrame:
     """Return five tags side by side on a winding way, each heard about so often [s], to 3 m."""

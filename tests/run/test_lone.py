@@ -9,6 +9,8 @@ from trackweave import track
 from trackweave.errors import InvalidInputError
 from trackweave.metrics import assignment_quality
 
+pytestmark = pytest.mark.slow
+
 
 def table(n_objects=8, until=240.0):
     """Return objects that report each at its own pace, stamps in whole seconds."""

@@ -90,6 +90,7 @@ def scattered(*wild):
     return pl.DataFrame({"time": time, "x": place[:, 0], "y": place[:, 1]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wild", [(1e9, 5e5), (0.0, 0.0)])
 def test_a_position_from_nowhere_is_set_aside_and_told(wild):
     result = tw.track(scattered(wild))

@@ -53,6 +53,7 @@ def process_in(run: dict[str, Any]) -> float:
     return run["configuration"]["motion"]["process_noise"]
 
 
+@pytest.mark.slow
 def test_replaces_a_process_noise_under_which_tracks_break_in_turns() -> None:
     result = track(reports(turning=True), told(0.005))
     run = result.run
@@ -79,6 +80,7 @@ def test_keeps_a_process_noise_under_which_no_track_breaks(process: float) -> No
     assert "motion.process_noise" not in {each["key"] for each in run["told"]}
 
 
+@pytest.mark.slow
 def test_a_run_that_learned_its_process_noise_is_the_run_that_was_told_none() -> None:
     table, untold = reports(turning=True), told(0.005)
     del untold["motion"]["process_noise"]
@@ -100,6 +102,7 @@ def few_turning(seed: int) -> pl.DataFrame:
     return pl.DataFrame(rows, schema=["time", "x", "y"], orient="row")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_objects_manoeuvre_where_what_was_learned_of_the_others_breaks_tracks(seed: int) -> None:
     result = track(few_turning(seed))
@@ -150,6 +153,7 @@ def lift(seed: int) -> pl.DataFrame:
     return pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 4])
 def test_a_trial_that_failed_is_made_again_where_all_stop_later(seed: int) -> None:
     table = lift(seed)
@@ -166,6 +170,7 @@ def test_a_model_that_is_told_stays() -> None:
     assert "imm" not in motion
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("far", [1.0, 40.0])
 def test_no_process_noise_at_all_may_be_told(far: float) -> None:
     moved = reports(turning=True).with_columns(pl.col("x") * far, pl.col("y") * far)
@@ -193,6 +198,7 @@ def crowd(n_false: int) -> float:
     return motion_check._crowd(Case(values.reports, values.settings, track_of, None))
 
 
+@pytest.mark.slow
 def test_others_in_a_gate_are_counted() -> None:
     # In a crowd breaks speak of neighbours: what is told is not put to the trial.
     gate, room = np.pi * (motion_check.GATE * SIGMA) ** 2, 1800.0**2

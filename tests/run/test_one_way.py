@@ -7,6 +7,8 @@ import pytest
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
+pytestmark = pytest.mark.slow
+
 
 def traffic(seed: int, gaps: float) -> pl.DataFrame:
     """Return a picture every two seconds of a carriageway of two lanes, and what is nobody's."""

@@ -2,9 +2,12 @@
 
 import numpy as np
 import polars as pl
+import pytest
 
 import trackweave as tw
 from trackweave.metrics import assignment_quality
+
+pytestmark = pytest.mark.slow
 
 SIGMA, SIDE, N_SCANS = 10.0, 3000.0, 70
 

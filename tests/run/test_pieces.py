@@ -140,6 +140,7 @@ def test_reports_of_other_names_other_looks_and_other_sensors_are_no_pieces() ->
     np.testing.assert_allclose(again.measurement, found.reports.measurement)
 
 
+@pytest.mark.slow
 def test_an_object_of_many_points_is_one_track() -> None:
     frame = people()
     found = tw.track(frame)
@@ -155,6 +156,7 @@ def test_an_object_of_many_points_is_one_track() -> None:
     assert for_itself.run["totals"]["pieces"] == 0
 
 
+@pytest.mark.slow
 def test_the_configuration_as_used_finds_the_same_again() -> None:
     frame = people()
     first = tw.track(frame)
@@ -163,6 +165,7 @@ def test_the_configuration_as_used_finds_the_same_again() -> None:
     assert first.tracks.equals(again.tracks)
 
 
+@pytest.mark.slow
 def test_who_keeps_together_is_not_one_object() -> None:
     frame = rows_of_eight()
     found = tw.track(frame)
@@ -170,6 +173,7 @@ def test_who_keeps_together_is_not_one_object() -> None:
     assert idf1(frame, found) > 0.85
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_two_side_by_side_are_two(seed: int) -> None:
     frame = side_by_side(seed)
@@ -219,6 +223,7 @@ def before_a_beam(seed: int, *, lengths: list[float], apart: float, decimals: in
     return pl.DataFrame(rows, columns, orient="row").sort("time")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_those_that_keep_together_before_a_turning_beam_are_no_pieces(seed: int) -> None:
     frame = before_a_beam(seed, lengths=[0.0] * 12, apart=50.0, decimals=1)
@@ -227,6 +232,7 @@ def test_those_that_keep_together_before_a_turning_beam_are_no_pieces(seed: int)
     assert idf1(frame, result) > 0.97
 
 
+@pytest.mark.slow
 def test_plots_of_one_ship_have_times_of_their_own_under_a_turning_beam() -> None:
     frame = before_a_beam(1, lengths=[150.0, 100.0], apart=3e3, decimals=3)
     result = tw.track(frame.drop("target"))
@@ -236,6 +242,7 @@ def test_plots_of_one_ship_have_times_of_their_own_under_a_turning_beam() -> Non
     assert idf1(frame, tw.track(frame.drop("target"), told)) < 0.6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [2, 3])
 def test_long_ships_among_small_ones_are_one_track_each(seed: int) -> None:
     frame = fleet(seed)

@@ -19,6 +19,7 @@ def crowd() -> dict[str, float]:
     return {"n_targets": 60, "clutter": 40.0, "n_scans": 30, "detection": 0.8}
 
 
+@pytest.mark.slow
 def test_a_crowd_is_told_better_than_by_reports_alone() -> None:
     reports = scene(**crowd())
     found = estimates_for(reports, load_configuration(None))
@@ -31,6 +32,7 @@ def test_a_crowd_is_told_better_than_by_reports_alone() -> None:
     assert abs(sensor.detection_probability - 0.8) < abs(first.detection_probability - 0.8) + 0.01
 
 
+@pytest.mark.slow
 def test_false_alarms_in_a_crowd_are_told_from_objects() -> None:
     # Six of seven reports are of nobody, and each lies where an object may have come to.
     reports = scene(n_targets=10, clutter=60.0, detection=0.8)
@@ -81,6 +83,7 @@ def test_pauses_are_waited_for() -> None:
     assert found.delete_after_misses is None
 
 
+@pytest.mark.slow
 def test_sensors_that_mark_other_parts_of_an_object_still_agree() -> None:
     rng = np.random.default_rng(1)
     times, places, sensors = [], [], []
@@ -134,6 +137,7 @@ def test_odd_reports_give_finite_positive_values(name: str) -> None:
     assert min(values) > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("moment", [0.0, 24.0])
 def test_the_fast_few_among_the_slow_set_the_greatest_speed(moment: float) -> None:
     rng = np.random.default_rng(1)
@@ -153,6 +157,7 @@ def test_the_fast_few_among_the_slow_set_the_greatest_speed(moment: float) -> No
     assert 28.0 < found.max_speed < 45.0
 
 
+@pytest.mark.slow
 def test_boats_that_turn_keep_their_names() -> None:
     """Two of nine turn by 80° and more; a process noise of what the others do would lose them."""
     for seed in (2, 3):

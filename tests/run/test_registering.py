@@ -178,6 +178,7 @@ def test_who_flies_and_tells_no_height_is_not_looked_at_and_that_is_said():
     assert ["height_m" in note for note in found.notes()] == [True]
 
 
+@pytest.mark.slow
 def test_a_sensor_that_moves_is_refused_by_name():
     reports = on_plane(sky()).with_columns(target=None)
     where = pl.when(pl.col("sensor") == "east").then(6e4)
@@ -203,6 +204,7 @@ def test_what_is_trusted_stays_as_told():
     assert used(registration, "range_bias_m")["north"] == 0.0
 
 
+@pytest.mark.slow
 def test_aircraft_keep_their_names_under_a_biased_radar():
     right, wrong = sky(minutes=2.0), off(sky(minutes=2.0), "north", 100.0, 0.3, 0.5)
     quality = []
@@ -220,6 +222,7 @@ def test_aircraft_keep_their_names_under_a_biased_radar():
     assert any(note.startswith("sensor north: range_bias_m") for note in result.run["notes"])
 
 
+@pytest.mark.slow
 def test_what_a_run_used_makes_the_same_run_when_told():
     wrong = off(sky(minutes=2.0), "north", 100.0, 0.3, 0.5).drop("target")
     first = track(wrong, told())

@@ -7,6 +7,8 @@ import pytest
 import trackweave as tw
 from trackweave.metrics import assignment_quality
 
+pytestmark = pytest.mark.slow
+
 SIGMA = 5.0
 ALL_TOLD = {
     "motion": {"process_noise": 0.01, "max_speed": 5.0},

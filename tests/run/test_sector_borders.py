@@ -2,8 +2,11 @@
 
 import numpy as np
 import polars as pl
+import pytest
 
 import trackweave as tw
+
+pytestmark = pytest.mark.slow
 
 TURN, N_SHIPS, N_TURNS = 3.0, 16, 130
 TOLD = {

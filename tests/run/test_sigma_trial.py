@@ -34,6 +34,7 @@ def tracked(table: pl.DataFrame, **told: object) -> tuple[tw.TrackingResult, flo
     return result, assignment_quality(whose, result.reports["track"].to_list()).idf1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [0.001, 0.01, 0.03, 0.05, 0.1, 0.2])
 def test_a_sigma_that_breaks_tracks_is_overruled(recording, factor):
     result, idf1 = tracked(recording, sigma=factor * SIGMA)
@@ -55,6 +56,7 @@ def test_a_sigma_that_is_trusted_is_kept(recording):
     assert result.run["configuration"]["sensors"]["default"]["sigma"] == 0.03 * SIGMA
 
 
+@pytest.mark.slow
 def test_beside_a_sensor_of_which_nothing_is_told(recording):
     """Of two sensors one has a sigma that is far too small."""
     rng, objects = np.random.default_rng(4), recording.filter(pl.col("target") != "")

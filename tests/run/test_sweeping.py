@@ -6,6 +6,8 @@ import pytest
 
 import trackweave as tw
 
+pytestmark = pytest.mark.slow
+
 
 def sector_radar(seed):
     """Return ten minutes of a radar that sweeps 100 degrees in 4 s and flies back; six walkers."""

@@ -95,6 +95,7 @@ def test_refuses_a_deadline_that_is_none(deadline: Any) -> None:
         tracked(pl.DataFrame(columns()), deadline=deadline)
 
 
+@pytest.mark.slow
 def test_a_deadline_still_gives_an_answer_and_says_what_it_cost() -> None:
     result = tracked(pl.DataFrame(columns()), deadline=1e-6)
     assert len(result.assignments) == 20

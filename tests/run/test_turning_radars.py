@@ -7,6 +7,8 @@ import pytest
 from trackweave.config import load_configuration
 from trackweave.run.tracking import report_table, settings_for
 
+pytestmark = pytest.mark.slow
+
 RADARS = {"near": ((0.0, 0.0), 5.0), "far": ((60e3, 10e3), 8.0)}
 SIGMA = {"range_m": 50.0, "azimuth_deg": 0.06}
 

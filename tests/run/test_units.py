@@ -7,6 +7,8 @@ import pytest
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
+pytestmark = pytest.mark.slow
+
 
 def cells(seed=1):
     """Return wandering objects seen in frames, with misses and false alarms."""

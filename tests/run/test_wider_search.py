@@ -10,6 +10,8 @@ from trackweave.estimation.estimate import estimate
 from trackweave.metrics import assignment_quality
 from trackweave.run.wider_search import widely_searched
 
+pytestmark = pytest.mark.slow
+
 SCANS = 60
 
 

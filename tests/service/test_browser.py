@@ -201,6 +201,7 @@ def aircraft(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[str, Any]]:
     thread.join(30)
 
 
+@pytest.mark.slow
 def test_the_live_page_follows_its_service(watched: Watched, aircraft: tuple[str, Any]) -> None:
     url, _ = aircraft
     watched.open(url)
@@ -218,6 +219,7 @@ def test_the_live_page_follows_its_service(watched: Watched, aircraft: tuple[str
     assert all(address.startswith((url, "data:")) for address in watched.requests)
 
 
+@pytest.mark.slow
 def test_whoever_has_the_token_logs_in_by_the_form(watched: Watched, tmp_path: Path) -> None:
     token = "t" * 40
     (tmp_path / "token").write_text(token)

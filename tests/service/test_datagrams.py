@@ -56,6 +56,7 @@ def test_a_datagram_is_decoded_at_once_with_or_without_a_line_feed(name: str, en
     assert (box.rows, box.skipped) == (3 * alone.rows, 3 * alone.skipped)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(WHOLE))
 def test_a_torn_datagram_spoils_no_other(name: str) -> None:
     whole, rows = WHOLE[name], fed(name, WHOLE[name]).rows

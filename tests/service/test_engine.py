@@ -44,6 +44,7 @@ def _rows(engine: Engine, given: Records) -> Iterator[TrackTable]:
     yield from engine.finish().rows
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", sorted(ALL))
 def test_tracks_are_those_of_track_row_for_row(what: str) -> None:
     frame, configuration = ALL[what]()
@@ -53,6 +54,7 @@ def test_tracks_are_those_of_track_row_for_row(what: str) -> None:
         assert rows_of(records(frame, Spec(configuration), seed)).equals(expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", sorted(ALL))
 def test_goes_on_from_a_snapshot_as_if_nothing_had_happened(what: str) -> None:
     frame, configuration = ALL[what]()
@@ -68,6 +70,7 @@ def test_goes_on_from_a_snapshot_as_if_nothing_had_happened(what: str) -> None:
     assert tracks_frame(TrackTable.concatenate(tables, 2)).equals(rows_of(given))
 
 
+@pytest.mark.slow
 def test_reports_before_the_configuration_count_from_the_first() -> None:
     frame, configuration = positions()
     first, *others = records(frame, Spec(configuration))
@@ -138,6 +141,7 @@ def test_what_cannot_be_tracked_is_counted_and_changes_nothing() -> None:
     assert (engine.counts.unfit, engine.counts.strange, engine.counts.refused) == (1, 1, 1)
 
 
+@pytest.mark.slow
 def test_a_bound_of_work_is_part_of_the_answer() -> None:
     frame, configuration = positions()
     given = records(frame, Spec(configuration))
@@ -147,6 +151,7 @@ def test_a_bound_of_work_is_part_of_the_answer() -> None:
     assert not rows_of(bounded).equals(rows_of(given))
 
 
+@pytest.mark.slow
 def test_the_same_configuration_again_loses_no_report_and_no_row() -> None:
     frame, configuration = positions()
     spec = Spec(configuration)

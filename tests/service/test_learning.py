@@ -37,6 +37,7 @@ def engine_of(payloads: Payloads) -> Engine:
     return engine
 
 
+@pytest.mark.slow
 def test_a_radars_place_and_turn_come_from_its_own_feed() -> None:
     engine = engine_of(payloads_of(traffic()))
     found = learned(load_configuration(None), engine.heard, engine.facts)
@@ -114,6 +115,7 @@ def test_a_complete_configuration_needs_one_report() -> None:
     assert set(found.spec.configuration["sensors"]) == set(configuration["sensors"])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_told", [True, False])
 def test_positions_of_a_radar_whose_place_is_told_are_ranges_and_azimuths(is_told: bool) -> None:
     frame = on_a_plane(radar(), 40e3, 10e3).drop("target").with_columns(sensor=pl.lit("radar"))
@@ -144,6 +146,7 @@ def test_nobody_waits_for_what_a_sensor_lacks_that_is_hardly_heard(row: dict[str
         assert "left out, as hardly heard: sensor evil; " in found.notes[0]
 
 
+@pytest.mark.slow
 def test_what_only_a_person_knows_is_asked_for() -> None:
     quiet = [message for message in traffic() if message[0] == 48]
     engine = engine_of(payloads_of(quiet))

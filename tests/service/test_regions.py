@@ -56,6 +56,7 @@ def boats(*, is_cut: bool = True) -> tuple[pl.DataFrame, Spec]:
     return frame, Spec(configuration, regions=regions, margin=MARGIN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["positions", "turning radar"])
 def test_rows_are_those_of_track_on_an_engine(what: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cutting, "LEAST", 60)
@@ -92,6 +93,7 @@ def test_what_runs_is_the_journals_business() -> None:
     assert b"regions" not in boats(is_cut=False)[1].payload()
 
 
+@pytest.mark.slow
 def test_goes_on_from_a_snapshot_as_if_nothing_had_happened() -> None:
     given = records(*boats())
     engine, tables = Engine(), []
@@ -227,6 +229,7 @@ BLOWS = {
 """By record: the workers that are there, by age, and what becomes of them."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("blows", BLOWS.values(), ids=BLOWS)
 def test_the_same_bytes_whoever_dies(bench: tuple[Bench, Seats], blows: dict[int, Any]) -> None:
     given, (host, house) = records(*boats()), bench

@@ -18,6 +18,8 @@ from trackweave.service.journal import Journal
 from trackweave.service.records import Kind, arrived
 from trackweave.toml_file import read_toml
 
+pytestmark = pytest.mark.slow
+
 
 def toml_of(configuration: dict[str, Any], path: Path) -> Path:
     """Write a configuration as a file; return its path."""

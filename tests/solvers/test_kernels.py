@@ -57,6 +57,7 @@ def test_improvement_keeps_the_rules_and_costs_no_more() -> None:
     assert gained > len(PROBLEMS) // 4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("first", [0, 1])
 def test_improvement_ends_when_its_work_is_used_up_and_keeps_the_rules(first) -> None:
     rng = np.random.default_rng(3)

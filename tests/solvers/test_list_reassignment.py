@@ -12,6 +12,8 @@ from trackweave.solvers.components import Components
 from trackweave.solvers.lists import Lists, lists_of
 from trackweave.solvers.metaheuristic import owner_of, polish
 
+pytestmark = pytest.mark.slow
+
 PROBLEMS = [random_problem(np.random.default_rng([12, seed])) for seed in range(120)]
 
 

@@ -19,6 +19,7 @@ from trackweave.solvers import (
 from trackweave.solvers.warming import warm_up
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", [Auto(), Annealing(), TabuSearch(), Islands(threads=2)])
 def test_leaves_nothing_to_compile_for_a_harder_problem(solver: Solver) -> None:
     warm_up(solver, np.random.default_rng(0))

@@ -46,6 +46,8 @@ from trackweave.studies.wiranto_tracks import (
 from trackweave.studies.writing import Table, frame, numbers
 from trackweave.trackers.plot_fusion import PlotFuser
 
+pytestmark = pytest.mark.slow
+
 
 def nobody(done: int, total: int) -> None:
     """Take no notice of progress."""

@@ -52,6 +52,7 @@ def test_goes_on_byte_for_byte_from_any_step(name):
         assert pack(found, CLASSES) == pack(target, CLASSES)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["two halves", "nearest", "boxes", "models of others"])
 def test_goes_on_in_another_process(tmp_path, name):
     case = CASES[name]()

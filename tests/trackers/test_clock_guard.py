@@ -284,6 +284,7 @@ STRAYS = st.dictionaries(
 )
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(STRAYS, st.sampled_from(sorted(MAKERS)), st.sampled_from([1, 2]))
 def test_lone_strays_change_no_track(strays, kind, n_sensors):

@@ -26,6 +26,7 @@ def simulate(seed, detection=0.9):
     return truth, scans
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("estimate", ["average", "best"])
 def test_errors_are_as_large_as_their_covariances_say(estimate):
     """NEES, ch. 5.4 of Bar-Shalom, Li, Kirubarajan (2001), and NIS of the reports to come."""

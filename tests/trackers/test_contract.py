@@ -213,6 +213,7 @@ def test_several_sensors_at_one_instant_are_one_chance(make):
     assert hypotheses[-1].tracks.hits.tolist() == [9]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "motion",
     [

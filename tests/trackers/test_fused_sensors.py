@@ -57,6 +57,7 @@ def test_an_object_is_reported_as_often_as_its_plots_stand(count):
     assert 0.3 < chance < 0.95
 
 
+@pytest.mark.slow
 def test_chance_makes_as_many_tuples_as_false_alarms_do():
     own, rule, rng = sensors(3), evidence(), np.random.default_rng(3)
     _, density = chances_of(own, rule, np.zeros((1, 2)), [None] * 3)
@@ -71,6 +72,7 @@ def test_chance_makes_as_many_tuples_as_false_alarms_do():
     assert density * SIDE**2 == pytest.approx(count / n_trials, rel=0.2)
 
 
+@pytest.mark.slow
 def test_two_bearings_cross_by_chance_as_often_as_drawn():
     stands = [(0.0, 0.0), (SIDE, 0.0)]
     own = [

@@ -40,6 +40,7 @@ def idf1_of_stack(climb: float | None, offset: float = 0.0) -> float:
     return assignment_quality([str(each) for each in target], track).idf1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("climb", [0.0, 60.0])
 def test_heights_tell_apart_what_circles_in_a_stack(climb: float) -> None:
     assert idf1_of_stack(climb) > 0.8

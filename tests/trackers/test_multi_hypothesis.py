@@ -315,6 +315,7 @@ def test_coordinates_of_a_hundred_million_metres_are_no_trouble():
     np.testing.assert_allclose(tracks.mean, [[1e8 + 70.0, -1e8, 10.0, 0.0]], atol=3.0)
 
 
+@pytest.mark.slow
 def test_memory_stays_flat_over_a_long_run():
     target = tracker(sensor(detection_probability=0.8), search=Greedy())
     scans = scene(3, clutter=3, detection=0.8, times=range(330))

@@ -163,6 +163,7 @@ def dense(n_scans=8):
     return scene(3, objects=12, clutter=12, area=250.0, times=range(n_scans))
 
 
+@pytest.mark.slow
 def test_a_long_deadline_changes_nothing():
     scans = dense()
     free, timed = (

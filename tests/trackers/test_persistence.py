@@ -119,6 +119,7 @@ def test_a_late_scan_is_told_as_if_it_had_come_in_time():
     assert told[0][1] == told[1][1]
 
 
+@pytest.mark.slow
 def test_what_is_over_is_not_remembered_for_ever():
     tracker = tw.MultiHypothesisTracker(motion=MOTION, sensors=[RADAR], lifecycle=LIFECYCLE)
     doubts, most = {}, 0

@@ -7,6 +7,8 @@ import pytest
 import trackweave as tw
 from trackweave.association.living import still_lives
 
+pytestmark = pytest.mark.slow
+
 LAST = 100.0
 
 

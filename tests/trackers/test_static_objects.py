@@ -14,6 +14,8 @@ from trackweave.simulation.scenes import PositionKind, Scene, draw_scene
 from trackweave.solvers import Auto
 from trackweave.trackers.static_objects import FoundObjects, ObjectFinder
 
+pytestmark = pytest.mark.slow
+
 REACH = 50.0
 
 

@@ -6,6 +6,8 @@ import pytest
 
 from trackweave import track
 
+pytestmark = pytest.mark.slow
+
 SITES = {"a": (-1000.0, 0.0), "b": (300.0, -1200.0)}
 
 

@@ -1,9 +1,12 @@
 """Fields of view that reports contradict are told."""
 
 import numpy as np
+import pytest
 
 from run.diagnostics.scenes import case_of, positions
 from trackweave.run.diagnostics.told import out_of_view
+
+pytestmark = pytest.mark.slow
 
 
 def two_radars(reach: float):

@@ -8,6 +8,8 @@ import pytest
 from run.diagnostics.scenes import contradictions
 from trackweave import track
 
+pytestmark = pytest.mark.slow
+
 SCENES = contradictions()
 QUICK = {
     "one clock 10 s ahead", "one radar 500 m off", "one radar's x and y exchanged",

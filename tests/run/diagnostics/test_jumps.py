@@ -6,6 +6,8 @@ import pytest
 
 from trackweave import track
 
+pytestmark = pytest.mark.slow
+
 
 def cells(jump, *, born=0):
     """Return reports of thirty cells, a minute apart; ``born`` of them in the middle only."""

@@ -2,6 +2,7 @@
 
 import numpy as np
 import polars as pl
+import pytest
 
 import trackweave as tw
 from run.diagnostics.scenes import case_of, positions
@@ -56,17 +57,20 @@ def lidar(per_object: int) -> pl.DataFrame:
 EACH = {"sensors": {"default": {"extent": 0.0}}}
 
 
+@pytest.mark.slow
 def test_objects_that_give_several_reports_a_scan_are_told() -> None:
     notes = tw.track(lidar(4), EACH).run["notes"]
     (told,) = [note for note in notes if "lie beside another of their scan" in note]
     assert "if objects give several reports a scan" in told
 
 
+@pytest.mark.slow
 def test_objects_that_give_one_report_a_scan_are_not() -> None:
     notes = tw.track(lidar(1)).run["notes"]
     assert not any("of their scan" in note for note in notes)
 
 
+@pytest.mark.slow
 def test_frames_that_rounded_times_put_together_are_told() -> None:
     rng = np.random.default_rng(1)
     place, speed = rng.uniform(0, 200, (12, 2)), rng.normal(0, 3, (12, 2))
@@ -81,6 +85,7 @@ def test_frames_that_rounded_times_put_together_are_told() -> None:
         assert any("or where times are rounded" in note for note in notes) == is_told
 
 
+@pytest.mark.slow
 def test_frames_that_rounded_times_put_together_are_tracked_all_the_same() -> None:
     rng = np.random.default_rng(1)
     place, speed = rng.uniform(0, 200, (12, 2)), rng.normal(0, 3, (12, 2))

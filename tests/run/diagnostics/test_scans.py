@@ -6,6 +6,8 @@ import pytest
 
 from trackweave import track
 
+pytestmark = pytest.mark.slow
+
 
 def passes(east: float = 0.0) -> pl.DataFrame:
     """Return what a beam of four seconds a turn, at ``east``, sees of eight standing objects."""

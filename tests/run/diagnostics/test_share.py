@@ -50,6 +50,7 @@ def test_false_alarms_explain_it_only_where_they_are_told() -> None:
     assert len(list(few_assigned(case))) == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("told", "is_said"), [(0.001, True), (225.0, True), (15.0, False)])
 def test_a_noise_of_rows_that_is_far_off_is_told(told: float, is_said: bool) -> None:
     rng, rows = np.random.default_rng(1), []
@@ -62,6 +63,7 @@ def test_a_noise_of_rows_that_is_far_off_is_told(told: float, is_said: bool) -> 
     assert bool(said) == is_said
 
 
+@pytest.mark.slow
 def test_tracks_of_one_report_are_told_with_what_was_told_of_beginnings() -> None:
     rng = np.random.default_rng(2)
     rows = [(float(t), *rng.uniform(0, 100, 2)) for t in range(60) for _ in range(3)]

@@ -46,6 +46,7 @@ def _small(monkeypatch):
     monkeypatch.setattr(cutting, "CROWD", 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2])
 def test_costs_and_bounds_are_those_of_one_process_where_nothing_is_cut(seed):
     reports = crossing(60, SIDE / 4, seed)
@@ -64,6 +65,7 @@ def test_costs_and_bounds_are_those_of_one_process_where_nothing_is_cut(seed):
     assert whole >= SCANS / 2
 
 
+@pytest.mark.slow
 def test_what_is_cut_is_told_and_not_counted(monkeypatch):
     # So narrow a margin that a track's window reaches beyond it.
     monkeypatch.setattr(cutting, "WINDOWS", 0.1)

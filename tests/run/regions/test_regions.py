@@ -100,6 +100,7 @@ def test_reports_that_tell_more_than_places_are_tracked_as_by_one_process(small)
     assert partition(apart) == partition(alone)
 
 
+@pytest.mark.slow
 def test_the_same_bytes_for_any_number_of_workers_and_after_a_kill(small):
     reports = lanes(40, east=True)
     first = tw.track(reports, CONFIG, engine="local", workers=1)
@@ -123,6 +124,7 @@ def test_the_same_bytes_for_any_number_of_workers_and_after_a_kill(small):
         assert first.files()[name] == second.files()[name]
 
 
+@pytest.mark.slow
 def test_ships_that_report_by_themselves_are_those_of_one_process(small):
     reports, config = ships(20, pause=250.0)
     alone, apart = tw.track(reports, config), tw.track(reports, config, engine="local", workers=2)

@@ -134,6 +134,7 @@ def radar_evening(n: int, turns: int) -> tuple[pl.DataFrame, dict]:
     return pl.DataFrame(sorted(rows), names, orient="row"), config
 
 
+@pytest.mark.slow
 def test_regions_under_turning_radars_are_as_one_process(monkeypatch):
     monkeypatch.setattr(cutting, "LEAST", 300)
     monkeypatch.setattr(cutting, "CROWD", 0)

@@ -56,6 +56,7 @@ def _ended() -> Iterator[None]:
     keeping._end()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["local", RAY])
 @pytest.mark.parametrize("neighbours", [1, 4])
 def test_answers_are_those_of_one_thread_for_any_number_of_workers(
@@ -68,6 +69,7 @@ def test_answers_are_those_of_one_thread_for_any_number_of_workers(
         assert answered(replace(solver, engine=engine, workers=workers)) == alone
 
 
+@pytest.mark.slow
 def test_a_killed_worker_changes_nothing() -> None:
     solver = replace(MIXED, epochs=10, patience=100)
     alone = answered(replace(solver, threads=1))
@@ -92,6 +94,7 @@ def test_a_killed_worker_changes_nothing() -> None:
     assert found == alone
 
 
+@pytest.mark.slow
 def test_interrupted_searches_end_the_same() -> None:
     solver = replace(MIXED, engine="local", workers=2)
     state = solver.start(HARD, rng=np.random.default_rng(3))
@@ -114,6 +117,7 @@ def test_a_stop_is_heeded_at_the_end_of_an_epoch() -> None:
     assert set(asked) == {threading.get_ident()}
 
 
+@pytest.mark.slow
 def test_workers_stay_from_search_to_search() -> None:
     solver = Islands(islands=2, epochs=2, engine="local", workers=2)
     answered(solver)
@@ -122,6 +126,7 @@ def test_workers_stay_from_search_to_search() -> None:
     assert {child.pid for child in active_children()} == before != set()
 
 
+@pytest.mark.slow
 def test_a_search_within_a_worker_brings_no_others() -> None:
     solver = Islands(islands=2, epochs=2, engine="local", workers=2)
     with engine_of("local", 1) as engine:

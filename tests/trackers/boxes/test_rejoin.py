@@ -7,6 +7,7 @@ import trackweave as tw
 from oracles.boxes import SURE, box, followed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rejoin", [10.0, 60.0])
 @pytest.mark.parametrize("window", [0, 3])
 def test_a_name_is_open_for_as_long_as_is_asked(rejoin: float, window: int) -> None:
