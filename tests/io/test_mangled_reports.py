@@ -80,7 +80,7 @@ def test_the_table_that_is_mangled_below_is_sound():
     assert read_text(TEXT.encode()) is not None
 
 
-@settings(max_examples=1500)
+@settings(max_examples=700)
 @given(
     edits=st.lists(
         st.tuples(
@@ -100,7 +100,7 @@ def test_bytes_put_in_taken_out_and_changed(edits, skip):
     assert_sound(read_text(data, on_bad_row="skip" if skip else "fail"))
 
 
-@settings(max_examples=1500)
+@settings(max_examples=700)
 @given(
     needed=st.sampled_from(
         [
@@ -179,14 +179,14 @@ typed_cells = st.one_of(
 )
 
 
-@settings(max_examples=600)
+@settings(max_examples=300)
 @given(columns=st.dictionaries(names, st.lists(typed_cells, min_size=3, max_size=3), max_size=8))
 def test_tables_of_pandas_with_anything_in_them(columns):
     base = {"time": [0, 1, 2], "x": [0.0, 1.0, 2.0], "y": [3, 4, 5]}
     assert_sound(read_or_refuse(pd.DataFrame({**base, **columns}, dtype=object)))
 
 
-@settings(max_examples=600)
+@settings(max_examples=300)
 @given(
     columns=st.dictionaries(
         names,

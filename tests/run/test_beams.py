@@ -102,7 +102,7 @@ def test_a_place_that_is_told_is_kept(said):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pause", "jitter"), [(0.1, 0.001), (0.1, 0.01), (0.5, 0.05)])
+@pytest.mark.parametrize(("pause", "jitter"), [(0.1, 0.01), (0.5, 0.05)])
 def test_one_object_that_circles_a_camera_whose_frames_jitter_is_no_beam(pause, jitter):
     rng = np.random.default_rng(1)
     time = pause * np.arange(600) + rng.normal(0, jitter, 600)

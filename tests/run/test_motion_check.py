@@ -154,7 +154,7 @@ def lift(seed: int) -> pl.DataFrame:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("seed", [2, 4])
+@pytest.mark.parametrize("seed", [2])
 def test_a_trial_that_failed_is_made_again_where_all_stop_later(seed: int) -> None:
     table = lift(seed)
     found = track(table.drop("target")).assignments["track"].fill_null(-1).to_numpy()

@@ -174,7 +174,7 @@ def turning_not(period: float | None) -> dict[str, Any]:
     ("period", "said"),
     [
         (4.0, "sensor default: 20 of 20 scans hold one report although its scan period is 4 s"),
-        (None, "sensor default: taken for one that does not scan: 2 objects report by themselves"),
+        (None, "sensor default: taken for one that does not scan: objects report by themselves"),
     ],
 )
 def test_says_that_turns_are_not_grouped(period: float | None, said: str) -> None:

@@ -11,6 +11,7 @@ from trackweave.estimation.estimates import Estimates, digits
 from trackweave.estimation.lone import LoneReports
 from trackweave.estimation.looking import Looking
 from trackweave.estimation.trees import ball_volume
+from trackweave.summaries import counted
 
 __all__ = ["AS_TOLD", "NOT_SCANNING", "LoneValues", "note_on_lone", "rhythm_of", "seldomer"]
 
@@ -141,7 +142,7 @@ def note_on_lone(lone: LoneReports, seen: Looking, *, is_told: bool) -> str:
     if lone.pause < HASTY:
         otherwise += "; unless its times are in seconds, bring them to those"
     return (
-        f"{NOT_SCANNING}{doubt}: {seen.n_objects} objects report by "
-        f"themselves, every {lone.pause:.3g} s as a median, so that no silence counts as a miss"
-        f"{otherwise}"
+        f"{NOT_SCANNING}{doubt}: objects report by themselves, every {lone.pause:.3g} s as a "
+        f"median of {counted(seen.n_objects, 'thread')} of reports, so that no silence counts as "
+        f"a miss{otherwise}"
     )

@@ -19,7 +19,7 @@ from trackweave.run.record import Assigned
 from trackweave.run.resting import Resting, told_apart
 from trackweave.summaries import counted
 from trackweave.trackers.joining.joins import Join, Joins, joins_of
-from trackweave.trackers.joining.naming import Named, elsewhere, named_by
+from trackweave.trackers.joining.naming import RARELY, Named, elsewhere, named_by
 from trackweave.trackers.joining.segments import Segments, segments_of
 
 __all__ = ["Hindsight", "Joined", "in_hindsight", "with_joins"]
@@ -203,10 +203,11 @@ def _together(one: TrackTable, other: TrackTable) -> TrackTable:
 
 def _without_rivals(reports: ReportTable, track: IntArray, settings: Settings) -> IntArray:
     """Return the track of each report, -1 for what its name says is elsewhere then."""
-    if reports.identity is None:
+    if reports.identity is None or _identity_error(reports, settings) > RARELY:
         return track
-    error = _identity_error(reports, settings)
-    return np.where(elsewhere(track, reports.time, reports.identity, error), -1, track)
+    # A sensor that tells no names, such as a radar beside AIS, says nothing by that.
+    nameless = np.isin(reports.sensor, _who_names(reports)) & (reports.identity < 0)
+    return np.where(elsewhere(track, reports.time, reports.identity, nameless), -1, track)
 
 
 def _named(
@@ -220,9 +221,14 @@ def _named(
 
 def _identity_error(reports: ReportTable, settings: Settings) -> float:
     """Return how often the worst sensor's reports are under another's identity."""
+    names = (settings.sensors[each].identity_error for each in _who_names(reports))
+    return max(names, default=0.5)
+
+
+def _who_names(reports: ReportTable) -> IntArray:
+    """Return the sensors of whose reports any has an identity."""
     assert reports.identity is not None
-    told = np.unique(reports.sensor[reports.identity >= 0])
-    return max((settings.sensors[each].identity_error for each in told), default=0.5)
+    return np.unique(reports.sensor[reports.identity >= 0])
 
 
 def _states(

@@ -1,6 +1,7 @@
 """What a run leaves behind scan by scan, and its record, as in run.json."""
 
 import os
+import time
 from collections.abc import Collection, Container, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
@@ -23,6 +24,7 @@ __all__ = [
     "certainty_of",
     "record_of",
     "timing_of",
+    "whole_of",
     "with_file",
     "with_seed",
 ]
@@ -265,6 +267,14 @@ def record_of(
             for amendment in log.amendments
         ],
         "timing": timing_of(log.timing),
+    }
+
+
+def whole_of(cpu: float, wall: float) -> dict[str, float]:
+    """Return what a run took that began when the clocks of CPU and wall told so [ms]."""
+    return {
+        "run_cpu_ms": round(1e3 * (time.process_time() - cpu), 3),
+        "run_wall_ms": round(1e3 * (time.perf_counter() - wall), 3),
     }
 
 

@@ -1,6 +1,7 @@
 """The main job: from reports to tracks."""
 
 import os
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +37,7 @@ from trackweave.run.kernels import compiling_told
 from trackweave.run.merging import merged_reports
 from trackweave.run.observing import settle
 from trackweave.run.pieces import Pieces, pieces_in, with_pieces
-from trackweave.run.record import Assigned, record_of, with_file, with_seed
+from trackweave.run.record import Assigned, record_of, whole_of, with_file, with_seed
 from trackweave.run.regions import engaged, require_cuttable
 from trackweave.run.result import RunValues, Table, TrackingResult
 from trackweave.run.told_places import with_facts
@@ -155,7 +156,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     >>> track(reports).reports["frame"].to_list()
     [3, 1, 4, 2]
     """
-    generator = generator_of(rng)
+    generator, began = generator_of(rng), (time.process_time(), time.perf_counter())
     if deadline is not None and not (is_number(deadline) and deadline > 0):
         raise InvalidInputError(f"deadline: {deadline!r:.80}; expected a number > 0 in seconds")
     configuration = load_configuration(config)
@@ -211,6 +212,7 @@ def track(  # noqa: PLR0913 the one function that users call with everything
         "diagnostics": [each.as_record() for each in found],
         **seen.as_record(),
     }
+    record["timing"] |= whole_of(*began)
     seed = seed_of(rng)
     record = with_seed(
         record, seed, None if seed == (configuration.said("seed") or 0) else "argument"

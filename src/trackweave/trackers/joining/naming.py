@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.joining.segments import FIRM, Segments
 
-__all__ = ["Named", "elsewhere", "named_by", "whose"]
+__all__ = ["RARELY", "Named", "elsewhere", "named_by", "whose"]
 
 RARELY = 0.01
 """Names that are wrong more often than this prove nothing."""
@@ -79,7 +79,7 @@ def _in_turn(segments: Segments, own: IntArray) -> IntArray:
 
 
 def elsewhere(
-    track: IntArray, time: FloatArray, identity: IntArray, error: float
+    track: IntArray, time: FloatArray, identity: IntArray, nameless: NDArray[np.bool_]
 ) -> NDArray[np.bool_]:
     """Return which nameless reports a track has while another of the same name is reported.
 
@@ -91,8 +91,8 @@ def elsewhere(
         When each was [s].
     identity
         The identity that each report tells, -1 for none.
-    error
-        How often reports are under another identity than their object's.
+    nameless
+        Which reports have none although their sensor tells some.
 
     Returns
     -------
@@ -100,22 +100,28 @@ def elsewhere(
     """
     found = np.zeros(track.size, dtype=np.bool_)
     named = np.flatnonzero((track >= 0) & (identity >= 0))
-    if error > RARELY or named.size == 0 or named.size == track.size:
+    rows = np.flatnonzero((track >= 0) & nameless)
+    if named.size == 0 or rows.size == 0:
         return found
+    rows = rows[np.argsort(track[rows], kind="stable")]
+    of = track[rows]
     named = named[np.lexsort((time[named], track[named], identity[named]))]
     cuts = np.flatnonzero((np.diff(identity[named]) != 0) | (np.diff(track[named]) != 0)) + 1
     first, last = named[np.r_[0, cuts]], named[np.r_[cuts - 1, named.size - 1]]
     order = np.lexsort((time[first], identity[first]))
     first, last = first[order], last[order]
-    nameless = identity < 0
     early = last[0]
     for begun, ended in zip(first[1:].tolist(), last[1:].tolist(), strict=True):
         if identity[early] != identity[begun]:
             early = ended
             continue
         if time[early] < time[begun]:
-            found |= nameless & (track == track[early]) & (time >= time[begun])
-            found |= nameless & (track == track[begun]) & (time <= time[early])
+            before, after = (
+                rows[slice(*np.searchsorted(of, [track[row], track[row] + 1]))]
+                for row in (early, begun)
+            )
+            found[before] |= time[before] >= time[begun]
+            found[after] |= time[after] <= time[early]
         early = max(early, ended, key=lambda row: time[row])
     return found
 
