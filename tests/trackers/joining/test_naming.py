@@ -43,6 +43,10 @@ def test_a_name_of_two_at_once_says_nothing():
     assert followed([EARLY, range(10, 30), LATER], [[7] * 20] * 3) == {}
 
 
+def test_reports_may_go_to_both_tracks_for_a_while():
+    assert followed([EARLY, [16.5, 18.5, *range(20, 40)]], [[7] * 20, [7] * 22]) == {1: 0}
+
+
 def test_a_wrong_report_meanwhile_does_not_matter():
     assert followed([EARLY, [5, 6], LATE], [[7] * 20, [7, 7], [7] * 20]) == {2: 0}
 

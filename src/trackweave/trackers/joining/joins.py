@@ -212,7 +212,7 @@ def _candidates(
         near = np.sort(near[np.argsort(wait[near], kind="stable")[:MOST_ENDS]])
         own.append(near)
         other.append(np.full(near.size, number))
-        waits.append(wait[near])
+        waits.append(np.maximum(wait[near], 0.0))
     nothing = [np.empty(0, np.int64)]
     return _Pairs(
         ends, begins, np.concatenate(own or nothing), np.concatenate(other or nothing),

@@ -12,6 +12,8 @@ __all__ = ["RARELY", "Named", "elsewhere", "named_by", "whose"]
 
 RARELY = 0.01
 """Names that are wrong more often than this prove nothing."""
+CHANGING = 8.0
+"""For so many usual waits reports of one object may go to the track before and to the next."""
 CLEARLY = 0.9
 """Of the reports of a segment that have a name, so many have its own."""
 
@@ -67,7 +69,7 @@ def _in_turn(segments: Segments, own: IntArray) -> IntArray:
     """Return the segments of a name, by time; none where it is of two objects at once."""
     chain: list[int] = []
     for each in own.tolist():
-        if not chain or segments.begin[each] > segments.end[chain[-1]]:
+        if not chain or _goes_on(segments, chain[-1], each):
             chain.append(each)
             continue
         # Of two at once the scrap is a wrong report; where neither is, the name is of several.
@@ -76,6 +78,15 @@ def _in_turn(segments: Segments, own: IntArray) -> IntArray:
             return np.empty(0, dtype=np.int64)
         chain[-1] = more
     return np.array(chain, dtype=np.int64)
+
+
+def _goes_on(segments: Segments, early: int, late: int) -> bool:
+    """Tell whether one segment comes after the other, but for a change of tracks between them."""
+    lap = segments.end[early] - segments.begin[late]
+    usual = max(segments.interval[early], segments.interval[late])
+    # A new track may have begun while reports still went to the one before.
+    is_brief = lap < CHANGING * usual and segments.end[late] > segments.end[early]
+    return bool(lap < 0.0 or (is_brief and segments.begin[late] > segments.begin[early]))
 
 
 def elsewhere(
