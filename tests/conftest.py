@@ -57,7 +57,7 @@ def pytest_configure_node(node) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave the slow tests out where all are asked for: the others take five minutes."""
+    """Leave the slow tests out where all are asked for."""
     if _is_of_all(config):
         slow = [item for item in items if "slow" in item.keywords]
         config.hook.pytest_deselected(items=slow)
