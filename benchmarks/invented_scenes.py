@@ -172,9 +172,9 @@ def drones(rng: np.random.Generator) -> pl.DataFrame:
                 away = float(np.linalg.norm(place))
                 angles = np.arctan2(place[0], place[1]), np.arcsin(place[2] / away)
                 noise = rng.normal(0.0, (6.0, 0.7, 0.9))
-                rows.append(
-                    (float(second), *(np.array([away, *np.degrees(angles)]) + noise), str(number))
-                )
+                seen_at = np.array([away, *np.degrees(angles)]) + noise
+                seen_at[1] += 360.0 * (seen_at[1] < -180.0)
+                rows.append((float(second), *seen_at, str(number)))
     for second in range(180):
         for _ in range(rng.poisson(12)):
             away = float(np.sqrt(rng.uniform(100.0**2, 2200.0**2)))

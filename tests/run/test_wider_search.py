@@ -77,6 +77,34 @@ def test_what_hardly_lines_up_is_tracked(told):
     assert quality.idf1 > 0.9
 
 
+def test_what_darts_in_three_dimensions_is_tracked():
+    rng, rows = np.random.default_rng(3), []
+    for each in range(5):
+        place, velocity = rng.uniform([-800.0, -800.0, 40.0], [800.0, 800.0, 140.0]), np.zeros(3)
+        for now in range(150):
+            if now % 20 == 0:
+                way = rng.uniform(0.0, 2.0 * np.pi)
+                wanted = 15.0 * (now % 40 == 0) * np.array([np.cos(way), np.sin(way), 0.0])
+            velocity = velocity + np.clip(wanted - velocity, -5.0, 5.0)
+            place = place + velocity
+            if rng.random() < 0.55:
+                rows.append((float(now), *(place + rng.normal(0.0, 8.0, 3)), str(each)))
+    for now in range(150):
+        for _ in range(rng.poisson(12)):
+            rows.append((float(now), *rng.uniform([-1500, -1500, 0], [1500, 1500, 400]), None))
+    table = pl.DataFrame(rows, ["time", "x", "y", "z", "target"], orient="row")
+    result = tw.track(table.drop("target"))
+    quality = assignment_quality(table["target"].to_list(), result.reports["track"].to_list())
+    assert quality.idf1 > 0.85
+
+
+def test_of_false_alarms_in_three_dimensions_nothing_is_found():
+    table = recording(straight, 0, 1.0, 1.0, 30.0, 500.0).drop("target")
+    high = np.random.default_rng(4).uniform(-500.0, 500.0, len(table))
+    reports = tw.read_reports(table.with_columns(z=high))
+    assert widely_searched(estimate(reports), reports, load_configuration({})) is None
+
+
 @pytest.mark.parametrize("false", [3.0, 30.0])
 def test_of_false_alarms_alone_nothing_is_found(false):
     table = recording(straight, 0, 1.0, 1.0, false, 500.0)

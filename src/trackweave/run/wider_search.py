@@ -105,7 +105,7 @@ def widely_searched(
     """Return estimates under which tracks are likelier than false alarms; None where none are."""
     # Where some are tracked (``is_tracked``), likelier than under these estimates, too.
     periods = [each.scan_period for each in estimates.sensors.values()]
-    if None in periods or reports.dim != 2:
+    if None in periods:
         return None
     part = _part(reports)
     if part is None:
@@ -176,14 +176,16 @@ def _distances(reports: ReportTable, estimates: Estimates) -> FloatArray:
     """Return how far objects may go from look to look [m], ascending."""
     # Where a sensor's own reports are crowded their neighbours tell: objects may go in a lane.
     nearest, crowded, number = [], math.inf, reports.look
+    ball = math.pi if reports.dim == 2 else 4.0 / 3.0 * math.pi
     for name, each in estimates.sensors.items():
         own = np.flatnonzero(reports.sensor == reports.sensors.index(name))
         moments, of = np.unique(number[own], return_inverse=True)
-        looks = [reports.measurement[own[of == k], :2] for k in range(moments.size)]
+        looks = [reports.measurement[own[of == k]] for k in range(moments.size)]
         pairs = [_distances_to(a, b) for a, b in itertools.pairwise(looks)]
         nearest += [distance[:, 0] for distance in pairs]
         usual = max(own.size / max(moments.size, 1), 1.0)
-        crowded = min(crowded, math.sqrt(CROWDED * each.covered / (math.pi * usual)))
+        room = CROWDED * each.covered / (ball * usual)
+        crowded = min(crowded, room ** (1.0 / reports.dim))
         beyond = np.concatenate(
             [*(each[:, -1] for each in pairs if each.shape[1] > 1), np.empty(0)]
         )
