@@ -182,6 +182,23 @@ def test_two_side_by_side_are_two(seed: int) -> None:
     assert idf1(frame, result) > 0.99
 
 
+@pytest.mark.slow
+def test_who_is_named_once_a_look_gives_one_report_when_nameless_too() -> None:
+    rng, rows = np.random.default_rng(1), []
+    centre, own = np.zeros(2), rng.normal(0, 150, (12, 2))
+    for look in range(60):
+        centre = centre + rng.normal(0, 120, 2)
+        own = 0.8 * own + rng.normal(0, 90, (12, 2))
+        for each in np.flatnonzero(rng.random(12) < 0.95):
+            name = f"c{each}" if rng.random() < 0.5 else None
+            at = rng.normal(centre + own[each], 15.0)
+            rows.append((3600.0 * look + rng.uniform(0, 60), *at, name))
+    herd = pl.DataFrame(rows, ["time", "x", "y", "identity"], orient="row").sort("time")
+    found = tw.track(herd)
+    assert found.run["totals"]["pieces"] == 0
+    assert not any("several reports a scan" in note for note in found.run["notes"])
+
+
 @pytest.mark.parametrize(
     "told",
     [

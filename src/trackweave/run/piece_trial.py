@@ -21,7 +21,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, digits
-from trackweave.run.diagnostics.repeats import beside
+from trackweave.run.diagnostics.repeats import are_named_apart, beside
 from trackweave.run.observing import positions_in
 from trackweave.run.pieces import pieces_of, seen_from_sensor, with_extent
 from trackweave.run.polar_to_cartesian import laid, placed
@@ -101,6 +101,8 @@ def _crowded(reports: ReportTable, configuration: Configuration) -> list[str]:
         if isinstance(kind, ForeignKind) or not kind.gives_position(reports.dim):
             continue
         if kind.needs_place and len(reports.sensors) > 1 and not _is_placed(reports, index, said):
+            continue
+        if are_named_apart(reports, rows):
             continue
         apart, near = _beside(reports, rows)
         if np.mean(apart <= near) >= BESIDE:

@@ -6,15 +6,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.domain.reports import ReportTable
 from trackweave.estimation.trees import ball_volume, tree_of
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["beside", "repeated_reports"]
+__all__ = ["are_named_apart", "beside", "repeated_reports"]
 
 # Of so many reports this part lie so near another of their scan that chance would put that part
 # there; and as large a part is on no track, or their noise is at least so much of how near they
 # are: objects that go in a group are told apart. Or so many do, and times are rounded.
 FEWEST, BESIDE, BY_CHANCE, OF_ALL, AS_NOISE, MOST_OF = 100, 0.6, 0.1, 0.25, 0.5, 0.7
+# Of objects that give one report a scan, so many have a name twice in one.
+RARELY = 0.02
 WEIGHT, REACH = 75.0, 3.0
 # The first so many of a sensor's reports are looked at.
 MOST = 20_000
@@ -30,6 +33,8 @@ def repeated_reports(case: Case) -> Iterator[Finding]:
         # What stands where false alarms come again and again is known already.
         rows = rows[~_is_echo(case.position[rows], case.sensors[index].echoes)]
         if case.sensors[index].scans is False or rows.size < FEWEST:
+            continue
+        if are_named_apart(reports, rows):
             continue
         apart, near = beside(np.unique(moment[rows], return_inverse=True)[1], case.place[rows])
         alone = case.track[rows] < 0
@@ -60,6 +65,16 @@ def _is_whole(moment: FloatArray | IntArray) -> bool:
     steps = np.diff(np.unique(moment.astype(np.float64)))
     counts = moment / float(np.median(steps)) if steps.size else np.zeros(1)
     return bool(np.all(np.abs(counts - np.round(counts)) < 1e-6))
+
+
+def are_named_apart(reports: ReportTable, rows: IntArray) -> bool:
+    """Tell whether those of a sensor's ``rows`` that have a name have it alone in their scan."""
+    if reports.identity is None:
+        return False
+    named = rows[reports.identity[rows] >= 0]
+    each = np.column_stack([reports.look[named], reports.identity[named]])
+    n_again = named.size - len(np.unique(each, axis=0))
+    return bool(named.size >= FEWEST and n_again <= RARELY * named.size)
 
 
 def beside(scan: IntArray, place: FloatArray) -> tuple[FloatArray, float]:
