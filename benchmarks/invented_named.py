@@ -64,6 +64,24 @@ def rooms(rng: np.random.Generator) -> pl.DataFrame:
     return by_time(rows, ["time", "x", "y", "identity", "target"])
 
 
+def pings(rng: np.random.Generator) -> pl.DataFrame:
+    """Return tagged fish, heard at up to three of sixteen receivers that tell their own places."""
+    east, north = np.meshgrid(500.0 * np.arange(4), 500.0 * np.arange(4))
+    station = np.column_stack([east.ravel(), north.ravel()]) + rng.normal(0, 50, (16, 2))
+    slow, rows = rng.normal(0, 0.8, 16), []
+    for fish in range(12):
+        place, velocity, time = rng.uniform(0, 1500, 2), rng.normal(0, 0.3, 2), rng.uniform(0, 90)
+        while time < 3 * 3600:
+            wait = rng.uniform(60, 120)
+            velocity = 0.8 * velocity + rng.normal(0, 0.15, 2)
+            place, time = np.clip(place + wait * velocity, -100, 1600), time + wait
+            away = np.hypot(*(station - place).T)
+            for one in np.flatnonzero(rng.random(16) < 0.95 / (1 + np.exp((away - 380) / 60))):
+                heard = np.floor(time + slow[one] + away[one] / 1500)
+                rows.append((heard, f"r{one:02d}", *station[one], f"tag{fish}", f"o{fish}"))
+    return by_time(rows, ["time", "sensor", "x", "y", "identity", "target"])
+
+
 def nameless(rng: np.random.Generator) -> pl.DataFrame:
     """Return collars that sleep at one place and roam by day, a quarter of the fixes nameless."""
     rows = []
@@ -101,4 +119,5 @@ NAMED = {
     "rooms": (rooms, {}),
     "renamed": (renamed, {}),
     "nameless": (nameless, {}),
+    "pings": (pings, {}),
 }

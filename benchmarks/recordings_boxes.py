@@ -105,7 +105,8 @@ def tracked_boxes(one: Run, reports: pl.DataFrame, *, rule: str, shift: bool) ->
     values = one.result.values
     table_of = values.history if rule == "after" else values.tracks
     times, frames = _frames_of(reports)
-    latest = _boxes_by_track(one, reports, smooth=shift, after=rule == "after")
+    names = values.assignment if rule == "after" else _names_of_then(one)
+    latest = _boxes_by_track(one, reports, names, smooth=shift, after=rule == "after")
     rows: list[tuple[int, int, Array]] = []
     for place in np.flatnonzero(table_of.status >= CONFIRMED):
         time, number = table_of.time[place], int(table_of.track[place])
@@ -130,15 +131,27 @@ def _frames_of(reports: pl.DataFrame) -> tuple[Array, Array]:
     return pairs["time"].to_numpy(), pairs["frame"].to_numpy()
 
 
+def _names_of_then(one: Run) -> dict[int, int]:
+    """Return the number that each assigned report's track had in tracks.csv, by row."""
+    assert one.result is not None
+    values, joins = one.result.values, one.result.run["joins"] or {"list": [], "parted": []}
+    names = dict(values.assignment)
+    for join in sorted([*joins["list"], *joins["parted"]], key=lambda each: each["time"]):
+        for row, number in values.assignment.items():
+            if number == join["into"] and values.reports.time[row] >= join["time"]:
+                names[row] = join["track"]
+    return names
+
+
 def _boxes_by_track(
-    one: Run, reports: pl.DataFrame, *, smooth: bool, after: bool
+    one: Run, reports: pl.DataFrame, names: dict[int, int], *, smooth: bool, after: bool
 ) -> dict[int, tuple[Array, Array]]:
-    """Return from each track to the times and boxes of its reports."""
+    """Return from each track to the times and boxes of its reports, whose tracks are told."""
     assert one.result is not None
     values = one.result.values
     box = reports.select(BOX).to_numpy()
     found: dict[int, list[tuple[float, int]]] = {}
-    for row, number in values.assignment.items():
+    for row, number in names.items():
         record = int(values.reports.report[row]) - 1
         found.setdefault(number, []).append((float(values.reports.time[row]), record))
     boxes = {}

@@ -23,6 +23,12 @@ from trackweave.estimation.lone import LoneReports, judged, lone_reports, middle
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
 from trackweave.estimation.motion import reach
 from trackweave.estimation.noise import noise_of_chains
+from trackweave.estimation.receivers import (
+    as_one,
+    note_on_receivers,
+    receivers_in,
+    shared,
+)
 from trackweave.estimation.renaming import renaming_share
 from trackweave.estimation.single_object import single_object
 from trackweave.estimation.threads import Threads
@@ -79,6 +85,9 @@ def estimate(
     # sensor [m], ``scanning`` whether sensors look, where it is known, and ``threads`` which
     # reports of those that do not are of one object.
     known, scans, threaded = dict(sigma or {}), dict(scanning or {}), dict(threads or {})
+    receivers = receivers_in(reports, {*known, *scans, *threaded})
+    apart, reports = reports, as_one(reports, receivers)
+    scans |= dict.fromkeys(receivers, False)
     findings = {
         name: _found(
             reports,
@@ -100,10 +109,13 @@ def estimate(
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
     max_speed = max(max_speed, WIDER * few)
     sensors = {name: found.sensor for name, found in findings.items()}
+    sensors = _reconciled(sensors, reports, max_speed, known)
+    if receivers:
+        sensors |= shared(sensors[receivers[0]], apart, receivers)
     lone = [(found.lone, found.ways) for found in findings.values() if found.lone is not None]
     only_lone = rhythm_of(lone, reports.time) if len(lone) == len(findings) else {}
     return Estimates(
-        sensors=_reconciled(sensors, reports, max_speed, known),
+        sensors=sensors,
         process_noise=positive(
             np.median(noises) if noises else 1e-2 * fallback.plane_sigma**2 / period**3
         ),
@@ -113,11 +125,15 @@ def estimate(
         doubts={name: found.doubt for name, found in findings.items() if found.doubt},
         speed_of_few=few,
         of_one_object=all(found.of_one_object for found in findings.values()),
-        notes=tuple(
-            f"sensor {name}: {note}"
-            for name, found in findings.items()
-            for note in (found.note, note_on_identities(found.sensor.identity_error))
-            if note
+        notes=(
+            *note_on_receivers(receivers),
+            *(
+                f"sensor {name}: {note}"
+                for name, found in findings.items()
+                if name not in receivers
+                for note in (found.note, note_on_identities(found.sensor.identity_error))
+                if note
+            ),
         ),
         **only_lone,
     )

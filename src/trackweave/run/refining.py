@@ -351,7 +351,7 @@ def _follow(
     silent = hearing_in(sensors)
     scans = complete_scans(reports, periods, rotations, silent)
     counts = Counter(scan.sensor for scan in scans if scan.sensor not in silent) or {"": 1}
-    misses = round(PATIENT_MISSES * sum(counts.values()) / min(counts.values()))
+    misses = min(round(PATIENT_MISSES * sum(counts.values()) / min(counts.values())), MOST_MISSES)
     window = settings.window
     if rotations:
         window = replace(window, depth=min(window.depth, TURNING_DEPTH))

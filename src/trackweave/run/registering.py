@@ -14,6 +14,7 @@ from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
+from trackweave.estimation.receivers import receivers_in
 from trackweave.estimation.registration import Registered, registered
 from trackweave.estimation.sightings import AZIMUTH, EAST, N_BIASES, NORTH, RANGE, SCALE
 from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbiased
@@ -218,11 +219,14 @@ def unfit(
 ) -> dict[str, str]:
     """Return why nothing can be told of a sensor's biases, by name; others are left out."""
     places = positions_in(reports, configuration)
+    receivers = receivers_in(reports)
     refused = {}
     for index, name in enumerate(reports.sensors):
         seen, kind = observed[name], reports.kind_of(index)
         if isinstance(kind, ForeignKind) or not kind.gives_position(reports.dim):
             refused[name] = "its reports do not say where objects are"
+        elif name in receivers:
+            refused[name] = "it reports one place alone, where it stands"
         elif seen.says_where:
             refused[name] = "it moves, or may: its reports say where it was"
         elif kind.has_range and name not in places and seen.needs_place:

@@ -8,6 +8,7 @@ import numpy as np
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.estimates import digits
+from trackweave.estimation.receivers import receivers_in
 from trackweave.run.diagnostics.case import Case, Finding
 
 __all__ = ["biased_sensors"]
@@ -45,7 +46,9 @@ class _Way(NamedTuple):
 def biased_sensors(case: Case) -> Iterator[Finding]:
     """Yield the sensor that agrees the clearest with others but for how far they are apart."""
     # Those that it is compared with seem to be off, too, each its own way and less clearly.
-    found = [finding for index in case.examined if (finding := _finding(case, index)) is not None]
+    receivers = receivers_in(case.reports)
+    examined = [index for index in case.examined if case.reports.sensors[index] not in receivers]
+    found = [finding for index in examined if (finding := _finding(case, index)) is not None]
     yield from sorted(found, key=lambda finding: -finding.weight)[:1]
 
 
