@@ -7,7 +7,12 @@ from oracles.scenes import MOTION, all_assignments, run, scan, scene, sensor
 from trackweave.domain.scans import Scan
 from trackweave.domain.tracks import CONFIRMED, TENTATIVE, TrackTable
 from trackweave.errors import InvalidInputError
-from trackweave.models.motion import ConstantAcceleration, CoordinatedTurn, Imm
+from trackweave.models.motion import (
+    ConstantAcceleration,
+    ConstantVelocity,
+    CoordinatedTurn,
+    Imm,
+)
 from trackweave.trackers.lifecycle import Lifecycle
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
 from trackweave.trackers.nearest_neighbour import NearestNeighbourTracker
@@ -199,6 +204,20 @@ def test_a_confirmed_track_coasts_and_ends_after_so_many_misses(make, misses):
     hypotheses = run(target, seen + [scan(6 + time, []) for time in range(misses)])
     assert hypotheses[5].tracks.status.tolist() == [CONFIRMED]
     assert [len(each.tracks) for each in hypotheses[6:]] == [1] * (misses - 1) + [0]
+
+
+def test_nobody_is_given_up_while_no_sensor_looks(make):
+    # Bursts of ten looks, and pauses longer than objects are followed that nobody looks at; the
+    # first look after each misses.
+    target = make(motion=ConstantVelocity(1e-6, 30.0), lifecycle=Lifecycle(survival=0.999999))
+    times = [600.0 * burst + look for burst in range(4) for look in range(10)]
+    seen = [scan(time, [] if time % 600 == 0 and time else [(0.1 * time, 0.0)]) for time in times]
+    hypotheses = run(target, seen)[5:]
+    assert [len(each.tracks) for each in hypotheses] == [1] * 35
+    assert len({int(each.tracks.track[0]) for each in hypotheses}) == 1
+    # What is missed look by look ends as ever.
+    gone = run(target, [scan(times[-1] + 1.0 + late, []) for late in range(30)])
+    assert len(gone[-1].tracks) == 0
 
 
 def test_several_sensors_at_one_instant_are_one_chance(make):

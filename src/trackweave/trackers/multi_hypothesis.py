@@ -319,6 +319,7 @@ class MultiHypothesisTracker(ScanByScan):
             return self._taken_late(tree, scan, same, pace)
         self._open.insert(opened[0] if opened else self._preparation.open(scan, dim))
         data, waited = self._open.timed(-1, last, self._lifecycle, self._period)
+        tree.rule = self._preparation.patient(self._rule, last, data.time)
         # What a step brings back has to be fixed with all else: at once for all of its scans.
         ahead = [each.data for each in opened[1:]] if is_first or not opened else None
         self._inactive.exchange(tree, data, self._gap, ahead)
@@ -362,6 +363,7 @@ class MultiHypothesisTracker(ScanByScan):
         with pace.growth(tree, self._open.end_slot - self._open.first_slot, n_scans):
             for place in range(n_scans):
                 data, waited = self._open.timed(place, last, self._lifecycle, self._period)
+                tree.rule = self._preparation.patient(self._rule, last, data.time)
                 self._inactive.exchange(tree, data, 0.0)
                 tree.grow(data, self._undetected.look(data, waited))
                 last = data.time
@@ -371,9 +373,8 @@ class MultiHypothesisTracker(ScanByScan):
 
     def _slide(self, scan: Scan) -> Assignments:
         """Close what leaves the window before a scan comes in; return its assignments."""
-        count = 0
-        if scan.time > self._open.last_time and self._tree is not None:
-            count = self._open.n_closing(scan.sensor, scan.time)
+        is_next = scan.time > self._open.last_time and self._tree is not None
+        count = self._open.n_closing(scan.sensor, scan.time) if is_next else 0
         before, last = self._open.first_slot, self._open.fixed_until
         self._fixed_history.close(self._open.close(count), last)
         return self._report_index.assignments(before, self._open.first_slot)
@@ -388,8 +389,7 @@ class MultiHypothesisTracker(ScanByScan):
         """Keep what starts the next search: the answer and the reports' prices."""
         tree.nodes.chosen[: tree.n_nodes] = 0
         tree.nodes.chosen[answer.nodes] = 1
-        prices = self._report_index.price
-        prices[slots - self._report_index.origin] = answer.prices[: slots.shape[0]]
+        self._report_index.price[slots - self._report_index.origin] = answer.prices[: slots.size]
         is_open = answer.status is not Status.OPTIMAL
         self._gap = max(0.0, answer.cost - answer.lower_bound) if is_open else 0.0
 

@@ -241,6 +241,7 @@ class NearestNeighbourTracker(ScanByScan):
         tree = self._planted(self._dim or 2)
         opened = self._preparation.open(scan, tree.dim)
         data, waited = self._charged(opened.data)
+        tree.rule = self._preparation.patient(self._rule, self._last_time, data.time)
         n_tracks = tree.n_nodes
         tree.grow(data, self._undetected.look(data, waited))
         n_sequences = tree.n_nodes
@@ -286,7 +287,7 @@ class NearestNeighbourTracker(ScanByScan):
             )
             # What is decided scan by scan goes by misses alone.
             misses = self._lifecycle.delete_after_misses or USUAL_MISSES
-            rule = rule._replace(most_tail=np.inf, max_misses=float(misses))
+            rule = self._rule = rule._replace(most_tail=np.inf, max_misses=float(misses))
             priors = self._priors if self._priors is not None else TrackTable.empty(dim)
             self._manager = SingleHypothesisManager(self._lifecycle, priors, self._next_track)
             self._tree = AssociationTree(rule, _ALL)

@@ -38,7 +38,7 @@ __all__ = [
 
 UNSEEN_WITHOUT_PERIOD, UNSEEN_PERIODS = 600.0, 10.0
 """For so long an object is followed that no sensor looks at [s], or for so many times the misses
-after which a track ends, in scan periods."""
+after which a track ends, in scan periods. While none looks at anything, that does not count."""
 MOST_SILENCES = 3.0
 """Its name stays open for so many usual silences at least."""
 GONE = math.log(1000.0)
@@ -75,9 +75,10 @@ class ScanPreparation:
         self._ends: dict[str, float] = {}
         self._beams: dict[str, LiveBeam | None] = {}
         self._before: dict[str, list[ScanInput]] = {}
+        self._pauses: list[tuple[float, float]] = []
 
     def __getstate__(self) -> dict[str, Any]:
-        changing = ("_ends", "_beams", "_before")
+        changing = ("_ends", "_beams", "_before", "_pauses")
         return {**self.__dict__, **{name: getattr(self, name).copy() for name in changing}}
 
     def open(self, scan: Scan, dim: int) -> OpenScan:
@@ -145,6 +146,26 @@ class ScanPreparation:
         if window.find(first.sensor, first.time) is not None:
             return []
         return [self.open(scan, dim) for scan in scans]
+
+    def patient(self, rule: WindowRule, last: float, time: float) -> WindowRule:
+        """Return a rule that gives nobody up for the pauses in which no sensor looked."""
+        # ``last`` is when the last scan was, minus infinity for none, and ``time`` when this one
+        # is; a window that grows anew comes to known ones again.
+        is_known = bool(self._pauses) and last < self._pauses[-1][1]
+        is_long = np.inf > time - last > UNSEEN_PERIODS * self._period
+        if self._is_periodic and is_long and not is_known:
+            self._pauses.append((last, time))
+        paused = 0.0
+        for number, (begin, end) in reversed(list(enumerate(self._pauses))):
+            if time - end - paused > rule.max_unseen:
+                del self._pauses[: number + 1]
+                break
+            paused += end - begin
+        if paused == 0.0:
+            return rule
+        return rule._replace(
+            max_unseen=rule.max_unseen + paused, max_shown=rule.max_shown + paused
+        )
 
     def _as_it_turns(self, scan: Scan) -> Sensor:
         """Return a scan's sensor, of a turning one where its reports show the beam."""
