@@ -5,10 +5,12 @@ from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import trackweave as tw
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates
@@ -242,3 +244,23 @@ def test_is_near_the_truth_of_the_benchmark_scenes(shared: Path, name: str) -> N
     with (shared / "bench" / "data" / name / "truth.csv").open() as file:
         fastest = max(np.hypot(float(row["vx"]), float(row["vy"])) for row in csv.DictReader(file))
     assert fastest < found.max_speed < 45
+
+
+def test_a_gate_of_which_nothing_is_told_charges_nobody_with_misses_beside_cameras() -> None:
+    rng, rows = np.random.default_rng(4), []
+    for look in range(150):
+        for each in range(6):
+            way = 0.5 * look + 14.0 * each
+            at = rng.normal([way % 84.0, 3.0 * each], 0.05)
+            if rng.random() < 0.95:
+                rows.append((0.4 * look, "camera", *at))
+            if 42.0 <= way % 84.0 < 42.5:
+                rows.append((0.4 * look + 0.1, "gate", 42.0, 7.5))
+    reports = tw.read_reports(pl.DataFrame(rows, ["time", "sensor", "x", "y"], orient="row"))
+    found = estimate(reports)
+    assert found.sensors["gate"].scans is False
+    assert found.sensors["gate"].sigma == found.sensors["camera"].sigma
+    (note,) = (each for each in found.notes if "sensor gate" in each)
+    assert "no silence of it counts as a miss" in note
+    # What is told to look does.
+    assert estimate(reports, None, {"gate": True}).sensors["gate"].scans is not False

@@ -17,10 +17,13 @@ __all__ = [
     "Chains",
     "chains_of",
     "detection_share",
+    "doubt_about",
     "local_density",
     "speed_of_few",
 ]
 
+# With so many unrelated reports about a successor, false segments line up.
+CROWDED = 1.0
 SEGMENT = 6
 STRIDE = 3
 MAX_CHAINS = 300
@@ -326,3 +329,26 @@ def _excess(reports: FloatArray, place: FloatArray, radius: float) -> float:
     inner = int(np.count_nonzero(distance <= radius))
     outer = int(np.count_nonzero(distance <= 2 * radius)) - inner
     return inner - outer / (2.0**place.size - 1)
+
+
+def doubt_about(
+    blocks: list[Frames],
+    stands_out: tuple[float, float] | None,
+    chains: Chains | None,
+    strangers: float,
+) -> str | None:
+    """Return why the estimates are doubtful, None where they are not."""
+    # ``strangers`` is how dense reports of others are.
+    if stands_out is None:
+        return "no report stands out as another's successor; usual values stand in"
+    if chains is None:
+        return "no reports line up over several scans beyond chance; usual values stand in"
+    interval = float(np.median([step for frames in blocks for step in np.diff(frames.time)]))
+    dim = blocks[0].position[0].shape[1]
+    crowd = strangers * float(ball_volume(stands_out[0] * interval, dim))
+    if crowd > CROWDED:
+        return (
+            f"a crowd, in which {crowd:.2g} unrelated reports lie where an object's next may be, "
+            "so that noise and detection probability come out too low"
+        )
+    return None

@@ -1,5 +1,7 @@
 """How far apart two sensors see one object."""
 
+from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 from typing import TypeAlias
 
@@ -7,12 +9,12 @@ import numpy as np
 
 from trackweave.arrays import FloatArray
 from trackweave.domain.reports import ReportTable
-from trackweave.estimation.estimates import SensorEstimate
+from trackweave.estimation.estimates import SensorEstimate, bounded
 from trackweave.estimation.frames import Frames
 from trackweave.estimation.motion import reach
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["disagreements", "spacing_of_lone"]
+__all__ = ["disagreements", "reconciled"]
 
 FEWEST_PAIRS = 20
 MOST_SCANS = 400
@@ -43,7 +45,32 @@ def disagreements(reports: ReportTable, speed: float) -> dict[tuple[int, int], f
     return found
 
 
-def spacing_of_lone(*sensors: SensorEstimate) -> float:
+def reconciled(
+    sensors: dict[str, SensorEstimate],
+    reports: ReportTable,
+    speed: float,
+    known: Mapping[str, float],
+) -> dict[str, SensorEstimate]:
+    """Return sensors whose noise lets them agree: each may mark another part of an object."""
+    if len(sensors) < 2:
+        return sensors
+    extra: dict[str, list[float]] = {}
+    for pair, square in disagreements(reports, speed).items():
+        first, second = (reports.sensors[index] for index in pair)
+        if square > _spacing_of_lone(sensors[first], sensors[second]) ** 2:
+            continue
+        unexplained = square - sensors[first].plane_sigma ** 2 - sensors[second].plane_sigma ** 2
+        for name in (first, second):
+            extra.setdefault(name, []).append(max(unexplained, 0.0) / 2)
+    for name, variances in extra.items():
+        if name not in known:
+            more = float(np.sqrt(np.mean(variances)))
+            sigma = bounded(float(np.hypot(sensors[name].plane_sigma, more)), 1e-9)
+            sensors[name] = replace(sensors[name], sigma=sigma, disagreement=more)
+    return sensors
+
+
+def _spacing_of_lone(*sensors: SensorEstimate) -> float:
     """Return how far apart objects are that report by themselves [m]; infinite where one looks."""
     # No two are told at once, so that nothing tells it but how many there are, evenly spread.
     if any(sensor.scans is not False or not sensor.n_objects for sensor in sensors):

@@ -12,12 +12,13 @@ from trackweave.estimation.chains import (
     Chains,
     chains_of,
     detection_share,
+    doubt_about,
     speed_of_few,
 )
 from trackweave.estimation.covering import along_line, covered_by, note_on_area, spacing_of
-from trackweave.estimation.disagreement import disagreements, spacing_of_lone
+from trackweave.estimation.disagreement import reconciled
 from trackweave.estimation.estimates import Estimates, SensorEstimate, bounded, digits, positive
-from trackweave.estimation.frames import Frames, frames_of, scan_period, usual_gap
+from trackweave.estimation.frames import frames_of, scan_period, usual_gap
 from trackweave.estimation.identities import identity_error, note_on_identities
 from trackweave.estimation.lone import LoneReports, judged, lone_reports, middle_of
 from trackweave.estimation.lone_values import LoneValues, note_on_lone, rhythm_of
@@ -32,7 +33,6 @@ from trackweave.estimation.receivers import (
 from trackweave.estimation.renaming import renaming_share
 from trackweave.estimation.single_object import single_object
 from trackweave.estimation.threads import Threads
-from trackweave.estimation.trees import ball_volume
 
 __all__ = ["WIDER", "estimate"]
 
@@ -41,8 +41,6 @@ USUAL_DETECTION, USUAL_SPREAD = 0.9, 0.1
 DETECTION_RANGE = (0.5, 0.98)
 # Process noise is never less, in units of σ²/T³.
 LEAST_PROCESS = 3e-4
-# With so many unrelated reports about a successor, false segments line up.
-CROWDED = 1.0
 # Threads of anonymous lone reports leave out what lies far off, so that none tells how much does:
 # measured on tags behind racks, and on ships with a wild position in three hundred.
 WILD_SHARE, WILD_SCALE = 0.05, 8.0
@@ -50,6 +48,13 @@ WILD_SHARE, WILD_SCALE = 0.05, 8.0
 WIDER = 1.25
 # Without a period misses and lives are counted in it [s].
 SECOND = 1.0
+# Of what comes alone in so many of its looks nobody knows when it looks.
+ALONE = 0.9
+UNTOLD = (
+    "nothing tells whose its reports are, nor when it looks, so that no silence of it counts as a "
+    "miss, and its noise is taken to be that of the others, {:.3g} m; better give its sigma, and "
+    "scans and scan_period if it looks"
+)
 # Between two reports of an object that rests there is at least so much time [s]; it seems to move
 # by so many standard deviations in it, and no other came in so many times as long.
 SHORTEST, RUSHING, NEVER = 1e-6, 3.0, 10.0
@@ -98,6 +103,10 @@ def estimate(
         for index, name in enumerate(reports.sensors)
         if np.any(reports.sensor == index)
     }
+    for name in _untold(findings, reports, scans):
+        usual = known.get(name) or _usual_sigma(findings)
+        found = _found(reports, (reports.sensors.index(name), None), usual, False)
+        findings[name] = replace(found, note=UNTOLD.format(usual))
     with_speed = [found for found in findings.values() if found.max_speed is not None]
     speeds = [found.max_speed for found in with_speed if found.max_speed is not None]
     noises = [found.process_noise for found in findings.values() if found.process_noise]
@@ -109,7 +118,7 @@ def estimate(
     max_speed = max(speeds) if speeds else 10 * fallback.plane_sigma / period
     max_speed = max(max_speed, WIDER * few)
     sensors = {name: found.sensor for name, found in findings.items()}
-    sensors = _reconciled(sensors, reports, max_speed, known)
+    sensors = reconciled(sensors, reports, max_speed, known)
     if receivers:
         sensors |= shared(sensors[receivers[0]], apart, receivers)
     lone = [(found.lone, found.ways) for found in findings.values() if found.lone is not None]
@@ -139,29 +148,23 @@ def estimate(
     )
 
 
-def _reconciled(
-    sensors: dict[str, SensorEstimate],
-    reports: ReportTable,
-    speed: float,
-    known: Mapping[str, float],
-) -> dict[str, SensorEstimate]:
-    """Return sensors whose noise lets them agree: each may mark another part of an object."""
-    if len(sensors) < 2:
-        return sensors
-    extra: dict[str, list[float]] = {}
-    for pair, square in disagreements(reports, speed).items():
-        first, second = (reports.sensors[index] for index in pair)
-        if square > spacing_of_lone(sensors[first], sensors[second]) ** 2:
-            continue
-        unexplained = square - sensors[first].plane_sigma ** 2 - sensors[second].plane_sigma ** 2
-        for name in (first, second):
-            extra.setdefault(name, []).append(max(unexplained, 0.0) / 2)
-    for name, variances in extra.items():
-        if name not in known:
-            more = float(np.sqrt(np.mean(variances)))
-            sigma = bounded(float(np.hypot(sensors[name].plane_sigma, more)), 1e-9)
-            sensors[name] = replace(sensors[name], sigma=sigma, disagreement=more)
-    return sensors
+def _untold(
+    findings: Mapping[str, _Findings], reports: ReportTable, scans: Mapping[str, bool]
+) -> list[str]:
+    """Return the sensors of which nothing is told, beside others, and each report comes alone."""
+    found = []
+    for name, each in findings.items():
+        looks = reports.look[reports.sensor == reports.sensors.index(name)]
+        is_alone = np.unique(looks).size >= ALONE * looks.size
+        if each.max_speed is None and is_alone and name not in scans:
+            found.append(name)
+    return found if len(found) < len(findings) else []
+
+
+def _usual_sigma(findings: Mapping[str, _Findings]) -> float:
+    """Return the median noise of the sensors of which something is told [m]."""
+    told = [each.sensor.plane_sigma for each in findings.values() if each.max_speed is not None]
+    return float(np.median(told))
 
 
 def _found(
@@ -323,7 +326,7 @@ def _look_at(reports: ReportTable, index: int, sigma: float | None) -> _Findings
         _max_speed(chains, stands_out),
         few,
         # An object's own report is none of a stranger's.
-        _doubt(blocks, stands_out, chains, max(per_scan - 1.0, 0.0) / (covered * share)),
+        doubt_about(blocks, stands_out, chains, max(per_scan - 1.0, 0.0) / (covered * share)),
         # Of those present, each began at some time of the recording, or of the last fifty scans.
         min(max(n_scans, 10), 50),
         note_on_area(position, covered),
@@ -348,29 +351,6 @@ def _on_line(
         ),
         note=note_on_area(position, sensor.covered * wide),
     )
-
-
-def _doubt(
-    blocks: list[Frames],
-    stands_out: tuple[float, float] | None,
-    chains: Chains | None,
-    strangers: float,
-) -> str | None:
-    """Return why the estimates are doubtful, None where they are not."""
-    # ``strangers`` is how dense reports of others are.
-    if stands_out is None:
-        return "no report stands out as another's successor; usual values stand in"
-    if chains is None:
-        return "no reports line up over several scans beyond chance; usual values stand in"
-    interval = float(np.median([step for frames in blocks for step in np.diff(frames.time)]))
-    dim = blocks[0].position[0].shape[1]
-    crowd = strangers * float(ball_volume(stands_out[0] * interval, dim))
-    if crowd > CROWDED:
-        return (
-            f"a crowd, in which {crowd:.2g} unrelated reports lie where an object's next may be, "
-            "so that noise and detection probability come out too low"
-        )
-    return None
 
 
 def _noise(
