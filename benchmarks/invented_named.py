@@ -50,6 +50,24 @@ def unnamed(rng: np.random.Generator) -> pl.DataFrame:
     return receiver(rng).drop("identity")
 
 
+def network(rng: np.random.Generator) -> pl.DataFrame:
+    """Return what 25 aircraft say every five seconds, nameless, to receivers of unlike clocks."""
+    start, way = rng.uniform(-7e4, 7e4, (25, 2)), rng.uniform(90, 240, 25)[:, None]
+    way = way * unit(rng.uniform(0, 360, 25))
+    late, rows = rng.uniform(0.7, 1.1), []
+    for one in range(25):
+        time = rng.uniform(0, 5)
+        while time < 60 * MINUTES:
+            time += rng.uniform(4.8, 5.2)
+            place = start[one] + time * way[one] + rng.normal(0, 10, 2)
+            # The second tells whole seconds, the third comes late.
+            stamps = (round(time, 2), float(np.floor(time)), round(time + late, 2))
+            for hears, name, stamp in zip(rng.random(3) < 0.3, "abc", stamps, strict=True):
+                if hears:
+                    rows.append((stamp, name, *place, f"o{one}"))
+    return by_time(rows, ["time", "sensor", "x", "y", "target"])
+
+
 def rooms(rng: np.random.Generator) -> pl.DataFrame:
     """Return badges, each heard to be in the middle of a room of eight metres, or of the next."""
     rows = []
@@ -116,6 +134,7 @@ def renamed(rng: np.random.Generator) -> pl.DataFrame:
 NAMED = {
     "receiver": (receiver, {"radar": RADAR}),
     "unnamed": (unnamed, {"radar": RADAR}),
+    "network": (network, {}),
     "rooms": (rooms, {}),
     "renamed": (renamed, {}),
     "nameless": (nameless, {}),

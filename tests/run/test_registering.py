@@ -299,9 +299,21 @@ def test_a_radar_is_registered_beside_what_objects_report_of_themselves(named):
     assert found.as_record()["sensors"]["adsb"]["translation"]["used"] == [0.0, 0.0]
 
 
-def test_who_only_hears_registers_nobody():
-    heard = beside_receiver(named=True).filter(pl.col("sensor") == "adsb")
-    other = heard.with_columns(sensor=pl.lit("other"), x=pl.col("x") + 50.0)
-    both = pl.concat([heard, other]).sort("time").drop("range_m", "azimuth_deg")
-    found = registered(both, {})
-    assert found.as_record()["doubt"] == "fewer than two sensors tell places, one of which scans"
+def heard_by_two(*, named, off=0.0):
+    """What aircraft report of themselves, by one receiver and again by another, 0.7 s later."""
+    heard = beside_receiver(named=named).filter(pl.col("sensor") == "adsb")
+    again = {"sensor": pl.lit("other"), "x": pl.col("x") + off, "time": pl.col("time") + 0.7}
+    both = pl.concat([heard, heard.with_columns(**again)]).sort("time")
+    return both.drop("range_m", "azimuth_deg")
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_of_two_that_only_hear_the_clocks_are_found(named):
+    clocks = used(registered(heard_by_two(named=named), {}), "clock_offset")
+    assert clocks["other"] - clocks["adsb"] == pytest.approx(0.7, abs=0.02)
+
+
+def test_of_two_that_only_hear_no_place_is_found():
+    found = registered(heard_by_two(named=True, off=50.0), {})
+    assert used(found, "translation") == {"adsb": [0.0, 0.0], "other": [0.0, 0.0]}
+    assert found.as_record()["doubt"] == "no biases make what the sensors see agree"

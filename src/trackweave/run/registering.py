@@ -191,8 +191,8 @@ def registration_of(
     known = replace(known, refused=refused)
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
     alone = [i for i in chosen if not _scans(observed[reports.sensors[i]])]
-    if len(chosen) < 2 or len(alone) == len(chosen):
-        return replace(known, doubt="fewer than two sensors tell places, one of which scans")
+    if len(chosen) < 2:
+        return replace(known, doubt="fewer than two sensors tell places")
     seen = sightings_of(reports, configuration, observed, chosen, flat=flat)
     if isinstance(seen, str):
         return replace(known, doubt=seen)

@@ -86,10 +86,10 @@ def tracks_of(
     if scan is None:
         scan = np.unique(reports.time, return_inverse=True)[1].reshape(-1)
     periods = _periods(reports, observed)
-    heard = {index: heard_tracks(reports, index) for index in chosen if np.isnan(periods[index])}
+    heard = _heard(reports, chosen, periods)
     looking = [index for index in chosen if index not in heard]
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
-    fastest = configuration.said("motion", "max_speed") or _fastest(positions, looking)
+    fastest = configuration.said("motion", "max_speed") or _fastest(positions, looking, heard)
     if fastest is None or any(
         _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
         > CROWDED
@@ -117,6 +117,21 @@ def tracks_of(
     ]  # fmt: skip
     track[np.concatenate(rows)] = tracks_apart(found)
     return replace(geometry, track=track, period=periods), fastest
+
+
+def _heard(
+    reports: ReportTable, chosen: Sequence[int], periods: FloatArray
+) -> dict[int, IntArray]:
+    """Return the tracks of sensors that hear objects report themselves, by the sensor."""
+    # Among such sensors one whose clock ticks in whole seconds seems to look each second.
+    if not np.isnan(periods[list(chosen)]).any():
+        return {}
+    found = {}
+    for index in chosen:
+        number = heard_tracks(reports, index)
+        if np.isnan(periods[index]) or np.any(number >= 0):
+            found[index] = number
+    return found
 
 
 def heard_tracks(reports: ReportTable, index: int) -> IntArray:
@@ -199,15 +214,31 @@ def _pace(time: FloatArray, number: IntArray) -> float:
     return float(np.median(np.diff(time[order])[same]))
 
 
-def _fastest(positions: ReportTable, chosen: Sequence[int]) -> float | None:
+def _fastest(
+    positions: ReportTable, looking: Sequence[int], heard: Mapping[int, IntArray]
+) -> float | None:
     """Return a speed that few objects exceed [m/s], None where no reports follow each other."""
+    # Of sensors that look, or of tracks of those that hear where none does.
+    if not looking:
+        return max(_speed_of_most(positions, number) for number in heard.values()) or None
     speeds = []
-    for index in chosen:
+    for index in looking:
         if np.count_nonzero(positions.sensor == index) > 1:
             found = reach(frames_of(positions, index)[0])
             if found is not None:
                 speeds.append(found[0])
     return WIDER * float(np.median(speeds)) if speeds else None
+
+
+def _speed_of_most(positions: ReportTable, number: IntArray) -> float:
+    """Return a speed that nine steps in ten of numbered reports are slower than [m/s]."""
+    order = np.lexsort((positions.time, number))
+    order = order[number[order] >= 0]
+    same = np.diff(number[order]) == 0
+    way = np.linalg.norm(np.diff(positions.measurement[order], axis=0), axis=1)
+    wait = np.diff(positions.time[order])
+    told = same & (wait > 0.0)
+    return WIDER * float(np.quantile(way[told] / wait[told], 0.9)) if told.any() else 0.0
 
 
 def _crowd(place: FloatArray, scan: IntArray, reach_of_one: float) -> float:
