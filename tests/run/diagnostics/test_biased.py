@@ -1,10 +1,14 @@
 """Where biases cannot be looked for, a sensor that sees objects beside others is told of."""
 
+from dataclasses import replace
+
 import numpy as np
 import polars as pl
 import pytest
 
+from run.diagnostics.scenes import case_of, positions
 from trackweave import track
+from trackweave.run.diagnostics.biased import biased_sensors
 
 pytestmark = pytest.mark.slow
 
@@ -108,3 +112,22 @@ def test_a_wrong_place_is_no_wrong_clock_where_all_fly_one_way():
 
     assert first["cause"] != "clock"
     assert abs(first["seen"]) == pytest.approx(1300.0, abs=100.0)
+
+
+def test_posts_that_two_sensors_see_one_after_the_other_are_no_others_beside():
+    # A car passes a post each second; the one looks far ahead, the other at what is near.
+    time, place, sensor, post = [], [], [], []
+    rng = np.random.default_rng(2)
+    for look in range(240):
+        now = 0.1 * look
+        for each in range(30):
+            is_seen = (each - 7 <= now < each - 2, each - 1.5 <= now < each)
+            for which in np.flatnonzero(is_seen):
+                time.append(now)
+                place.append(rng.normal([6.0, 20.0 * each], 0.5))
+                sensor.append(which)
+                post.append(each)
+    table = positions(time, place, sensor, ("far", "near"))
+    case = replace(case_of(table), unregistered={"far": "it moves", "near": "it moves"})
+    assert list(biased_sensors(case)) == []
+    assert list(biased_sensors(replace(case, track=np.array(post)))) == []

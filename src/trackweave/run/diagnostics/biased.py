@@ -41,6 +41,7 @@ class _Way(NamedTuple):
     time: FloatArray  # [s], ascending
     place: FloatArray  # On the plane [m]
     row: IntArray
+    track: int
 
 
 def biased_sensors(case: Case) -> Iterator[Finding]:
@@ -136,10 +137,13 @@ def _beside_others(case: Case, index: int) -> FloatArray:
     there = np.array([way.place[way.time.size // 2] for way in own])
     gate = FARTHEST * case.plane_sigma(index)
     sigma = _sigma(case, index)
-    near: list[list[_Way]] = [[] for _ in own]
+    # What both see under one name is one object, whoever else keeps beside it: posts all stand.
+    same = {other.track: other for other in others}
+    near: list[list[_Way]] = [[same[way.track]] if way.track in same else [] for way in own]
     for other in others:
         for number in np.flatnonzero(np.linalg.norm(_at(other, middle) - there, axis=1) < gate):
-            near[number].append(other)
+            if own[number].track not in same:
+                near[number].append(other)
     told, found = 0, []
     for way, beside in zip(own, near, strict=True):
         steady = [off for other in beside if (off := _apart(case, way, other, sigma)) is not None]
@@ -155,12 +159,12 @@ def _ways(case: Case, index: int, *, is_own: bool) -> list[_Way]:
     telling = np.array([case.tells_place(each) for each in range(len(case.reports.sensors))])
     of = case.reports.sensor
     ways = []
-    for group in case.groups:
+    for number, group in enumerate(case.groups):
         rows = group[(of[group] == index) == is_own]
         rows = rows[telling[of[rows]]]
         rows = rows[np.isfinite(case.position[rows, 0])]
         if rows.size >= FEWEST_REPORTS:
-            ways.append(_Way(case.reports.time[rows], case.position[rows], rows))
+            ways.append(_Way(case.reports.time[rows], case.position[rows], rows, number))
     return ways
 
 
