@@ -42,6 +42,30 @@ def test_a_place_of_false_alarms_is_found_with_its_spread_and_number():
     assert count == pytest.approx(0.4, rel=0.3)
 
 
+def test_a_place_in_three_dimensions_is_a_column_of_all_elevations():
+    rng, n_scans = np.random.default_rng(4), 120
+    moments = 4.0 * np.arange(n_scans)
+    start, heading = rng.uniform(-3e4, 3e4, (20, 2)), rng.uniform(0, 2 * np.pi, 20)
+    step = 100.0 * np.stack([np.sin(heading), np.cos(heading)], axis=1)
+    air = (start + step * moments[:, None, None]).reshape(-1, 2)
+    there = rng.random(n_scans) < 0.4
+    trees = np.array([20e3, 0.0]) + rng.normal(0.0, (150.0, 60.0), (n_scans, 2))
+    time = np.concatenate([np.repeat(moments, 20), moments[there]])
+    where = np.concatenate([air, trees[there]]) + PLACE
+    height = np.concatenate(
+        [np.tile(rng.uniform(500, 5e3, 20), n_scans), np.full(there.sum(), 10)]
+    )
+    order = np.argsort(time, kind="stable")
+    reports = table(time[order], np.column_stack([where, height])[order])
+    guess = replace(GUESS, sensors={"A": replace(SENSOR, sigma=(*SIGMA, 0.001))})
+    nobody = table(np.array([0.0]), np.array([(*PLACE, 0.0)])), ()
+    told = with_standing(guess, reports, {"A": PLACE}, nobody)
+    ((x, y, _, count),) = told.sensors["A"].echoes
+    assert (x, y) == (pytest.approx(21e3, abs=60.0), pytest.approx(2e3, abs=30.0))
+    elevation = np.ptp(np.arctan2(height, np.linalg.norm(where - PLACE, axis=1)))
+    assert count * elevation == pytest.approx(0.4, rel=0.3)
+
+
 def test_what_is_seen_seldom_is_false_however_exact():
     assert len(found(spread=1.0, share=0.3)) == 1
 

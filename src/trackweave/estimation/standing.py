@@ -40,6 +40,8 @@ OF_PASSERS = 0.5
 # beyond so much of what is near along an axis; what comes of one place lies closer together.
 DENSER, LOOSE = 4.0, 0.4
 MOST_PLACES = 200
+# No column of elevations is lower [rad].
+LOWEST = 0.02
 
 _Places: TypeAlias = tuple[tuple[float, ...], ...]
 _Moments: TypeAlias = tuple[FloatArray | IntArray, FloatArray]
@@ -64,18 +66,30 @@ def with_standing(
     sensors = dict(estimates.sensors)
     for name, place in places.items():
         found = sensors.get(name)
-        if found is None or not isinstance(found.sigma, tuple) or reports.dim != 2:
+        if found is None or not isinstance(found.sigma, tuple):
             continue
         rows = np.flatnonzero(reports.sensor == reports.sensors.index(name))
         stands = platform_of(reports, rows, place)
         if not np.any(np.ptp(stands, axis=0) > 1.0):
-            polar = components(reports.measurement[rows] - stands)
+            away = reports.measurement[rows] - stands
             passers = _Passers.of(followed, name, stands[0], np.array(found.sigma)[:2])
             seen_from = _SeenFrom(stands[0], passers, at_rest)
-            sensors[name] = _with(
-                found, _of_ranges(found, polar, _moments(reports, rows), seen_from)
+            standing = _of_ranges(
+                found, components(away[:, :2]), _moments(reports, rows), seen_from
             )
+            sensors[name] = _with(found, _in_columns(standing, away))
     return replace(estimates, sensors=sensors)
+
+
+def _in_columns(standing: _Places, away: FloatArray) -> _Places:
+    """Return places over which false alarms come from all elevations, a radian's number each."""
+    # How high a place reaches a few of its reports hardly tell; what flies over it pays for all
+    # of the column alike.
+    if away.shape[1] == 2:
+        return standing
+    elevation = components(away)[:, 2]
+    height = max(float(np.ptp(elevation)), LOWEST)
+    return tuple((x, y, wide, digits(count / height, 3)) for x, y, wide, count in standing)
 
 
 def with_seldom(
@@ -217,7 +231,7 @@ class _Passers(NamedTuple):
         """Return those of a sensor that stands at a place, with its noise."""
         stretch, tracks = followed
         own = stretch.sensor == stretch.sensors.index(name)
-        scaled = components(stretch.measurement - stands)[:, :2] / sigma
+        scaled = components((stretch.measurement - stands)[:, :2]) / sigma
         return cls(scaled[own], [scaled[each.rows[own[each.rows]]] for each in tracks])
 
     def share(self, middle: FloatArray) -> float:

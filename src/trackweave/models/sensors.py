@@ -83,7 +83,8 @@ class Sensor:
         How long they are there on average [s].
     echoes
         Places that give false alarms again and again: for each x, y, how far these spread [m] and
-        how many there are a scan.
+        how many there are a scan; in three dimensions a scan and radian of elevation (of positions
+        a metre of height).
     clutter_persistence
         Chance that a false alarm comes again at its place in the next scan, as the sea's do; 0
         where each is for itself. What stands then takes longer to become a confirmed track.
