@@ -157,6 +157,22 @@ def test_an_object_of_many_points_is_one_track() -> None:
 
 
 @pytest.mark.slow
+def test_what_one_sensor_sees_as_several_reports_another_may_too() -> None:
+    rng, many = np.random.default_rng(5), people()
+    known = many.filter(pl.col("target").is_not_null())
+    middle = known.group_by("time", "target").agg(pl.col("x", "y").mean()).sort("time", "target")
+    again = middle.filter(pl.Series(rng.random(middle.height) < 0.12))
+    few = pl.concat([middle, again]).select("time", "x", "y", "target")
+    noise = rng.normal(0, 0.1, (2, few.height))
+    few = few.with_columns(x=pl.col("x") + noise[0], y=pl.col("y") + noise[1])
+    both = pl.concat([many.with_columns(sensor=pl.lit("a")), few.with_columns(sensor=pl.lit("b"))])
+    found = tw.track(both.drop("target").sort("time")).run
+    extents = {name: each["extent"] for name, each in found["configuration"]["sensors"].items()}
+    assert extents["b"] == extents["a"] > 0.2
+    assert found["sources"]["sensors.b.extent"] == "estimated"
+
+
+@pytest.mark.slow
 def test_the_configuration_as_used_finds_the_same_again() -> None:
     frame = people()
     first = tw.track(frame)

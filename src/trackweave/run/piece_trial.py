@@ -8,7 +8,7 @@ told apart by the same: who merges them loses tracks that cost less than pieces 
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +21,7 @@ from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, digits
-from trackweave.run.diagnostics.repeats import are_named_apart, beside
+from trackweave.run.diagnostics.repeats import BY_CHANCE, are_named_apart, beside
 from trackweave.run.observing import positions_in
 from trackweave.run.pieces import pieces_of, seen_from_sensor, with_extent
 from trackweave.run.polar_to_cartesian import laid, placed
@@ -31,6 +31,8 @@ __all__ = ["likeliest_extent"]
 
 # Of so many reports such a share must lie as near another of their look as chance puts a tenth.
 FEWEST, BESIDE, MOST_LOOKED_AT = 100, 0.3, 20_000
+# Of another sensor so many times as many lie within the extent as chance puts there.
+BEYOND_CHANCE = 5.0
 # So many reports are tracked at each trial. Extents grow by such steps, from where few
 # reports are beside another to what is beyond that of most.
 MOST, STEP, FEW, MANY, WIDER = 1500, 2.25, 0.06, 0.9, 2.0
@@ -74,7 +76,9 @@ def likeliest_extent(
         return 0.0, []
     trials = _Trials(_middle_of(reports, chosen), configuration)
     extent = trials.best()
-    return extent, list(trials.names) if extent else []
+    if not extent:
+        return 0.0, []
+    return extent, [*trials.names, *_alike(reports, configuration, extent, chosen)]
 
 
 def _middle_of(reports: ReportTable, names: Sequence[str]) -> ReportTable:
@@ -90,9 +94,10 @@ def _middle_of(reports: ReportTable, names: Sequence[str]) -> ReportTable:
     )
 
 
-def _crowded(reports: ReportTable, configuration: Configuration) -> list[str]:
-    """Return the sensors of whose reports many lie beside another of their look."""
-    chosen = []
+def _giving_places(
+    reports: ReportTable, configuration: Configuration
+) -> Iterator[tuple[str, IntArray]]:
+    """Yield the sensors of whose objects an extent may be learned, with rows of theirs."""
     for index, name in enumerate(reports.sensors):
         kind, said = reports.kind_of(index), configuration.sensor(name)
         rows = np.flatnonzero(reports.sensor == index)[:MOST_LOOKED_AT]
@@ -102,12 +107,32 @@ def _crowded(reports: ReportTable, configuration: Configuration) -> list[str]:
             continue
         if kind.needs_place and len(reports.sensors) > 1 and not _is_placed(reports, index, said):
             continue
-        if are_named_apart(reports, rows):
-            continue
+        if not are_named_apart(reports, rows):
+            yield name, rows
+
+
+def _crowded(reports: ReportTable, configuration: Configuration) -> list[str]:
+    """Return the sensors of whose reports many lie beside another of their look."""
+    chosen = []
+    for name, rows in _giving_places(reports, configuration):
         apart, near = _beside(reports, rows)
         if np.mean(apart <= near) >= BESIDE:
             chosen.append(name)
     return chosen
+
+
+def _alike(
+    reports: ReportTable, configuration: Configuration, extent: float, chosen: Sequence[str]
+) -> list[str]:
+    """Return the other sensors that see the same objects give several reports, too."""
+    found = []
+    for name, rows in _giving_places(reports, configuration):
+        apart, near = _beside(reports, rows)
+        chance = 1.0 - (1.0 - BY_CHANCE) ** ((extent / near) ** reports.dim)
+        share = float(np.mean(apart <= extent))
+        if name not in chosen and share >= max(FEW, BEYOND_CHANCE * chance):
+            found.append(name)
+    return found
 
 
 def _is_placed(reports: ReportTable, index: int, said: Mapping[str, Any]) -> bool:

@@ -10,7 +10,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.trees import ball_volume, tree_of
 from trackweave.run.diagnostics.case import Case, Finding
 
-__all__ = ["are_named_apart", "beside", "repeated_reports"]
+__all__ = ["BY_CHANCE", "are_named_apart", "beside", "repeated_reports"]
 
 # Of so many reports this part lie so near another of their scan that chance would put that part
 # there; and as large a part is on no track, or their noise is at least so much of how near they
