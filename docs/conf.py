@@ -23,6 +23,10 @@ version = release = metadata("trackweave")["Version"]
 
 # How NumPy writes the type of an array; shapes and units stand in the text.
 ARRAY = re.compile(r"numpy\.ndarray\[tuple\[.*?\], numpy\.dtype\[.*?\]\]")
+# What stands under "Returns", up to an empty line.
+RETURNED = re.compile(
+    r"^((?:Returns|Yields)\n-+\n)(.+?)(?=\n\s*\n|\s*\Z)", re.MULTILINE | re.DOTALL
+)
 TOPICS = ("tracking", "sensors", "images", "association", "beyond")
 
 
@@ -163,6 +167,19 @@ def untyped(*told):
         lines[0] = f": {lines[0]}"
 
 
+def joined(*told):
+    """Let what is returned stand on one line: Napoleon takes each of its lines for an item."""
+    told[-1][:] = RETURNED.sub(
+        lambda found: found[1] + found[2].replace("\n", " "), "\n".join(told[-1])
+    ).split("\n")
+
+
+def box_tables(app, name, template, context, tree):
+    """Let long tables of explanations scroll in themselves; elsewhere the table is the page."""
+    if name.startswith("explanation/") or name == "performance":
+        app.add_css_file("boxes.css")
+
+
 def begin_with_pictures(app, name, source):
     """Let a page that names examples as its pictures begin with these pictures."""
     said = re.search(r"In (?:a picture|pictures): .*?(?=\n\n)", source[0], re.DOTALL)
@@ -184,6 +201,8 @@ def setup(app):
     # Before links lead into the site: by examples' own paths they are known.
     app.connect("source-read", begin_with_pictures)
     app.connect("source-read", lead_into_the_site)
+    app.connect("html-page-context", box_tables)
     # Before Napoleon, which takes what stands before a colon for a type.
     app.connect("autodoc-process-docstring", untyped, priority=400)
+    app.connect("autodoc-process-docstring", joined, priority=400)
     app.connect("autodoc-process-docstring", plainer)

@@ -2,6 +2,7 @@
 
 import ast
 import re
+import runpy
 import tomllib
 from pathlib import Path
 
@@ -74,3 +75,27 @@ def test_no_address_is_said_in_two_places() -> None:
 def test_continuous_integration_builds_the_site() -> None:
     assert "scripts/docs --quick" in (ROOT / ".ci/run").read_text()
     assert "scripts/docs\n" in (ROOT / ".github/workflows/docs.yml").read_text()
+
+
+def test_what_is_returned_stands_on_one_line() -> None:
+    pytest.importorskip("sphinx_gallery")
+    joined = runpy.run_path(str(ROOT / "docs/conf.py"))["joined"]
+    lines = [
+        "Track.",
+        "",
+        "Returns",
+        "-------",
+        "Tracks, and",
+        "the record.",
+        "",
+        "Raises",
+        "------",
+    ]
+    joined("function", "track", lines)
+    assert lines == [*lines[:4], "Tracks, and the record.", "", "Raises", "------"]
+
+
+def test_tables_scroll_in_a_box_on_explanations_alone() -> None:
+    static = ROOT / "docs/_static"
+    assert "max-height" not in (static / "site.css").read_text()
+    assert "max-height" in (static / "boxes.css").read_text()
