@@ -27,7 +27,16 @@ ARRAY = re.compile(r"numpy\.ndarray\[tuple\[.*?\], numpy\.dtype\[.*?\]\]")
 RETURNED = re.compile(
     r"^((?:Returns|Yields)\n-+\n)(.+?)(?=\n\s*\n|\s*\Z)", re.MULTILINE | re.DOTALL
 )
-TOPICS = ("tracking", "sensors", "images", "association", "beyond")
+# The gallery's topics and their examples, in the order in which they are shown.
+GALLERY = {
+    "tracking": (
+        "crossing", "nothing_told", "smoothing", "live", "turning", "heavy_tails", "silences",
+    ),
+    "sensors": ("radar_evening", "ships", "ghosts", "learned_coverage", "bias"),
+    "images": ("people", "boxes", "cells", "particles"),
+    "association": ("three_lists", "gap", "jpda", "pmx", "patent", "ants"),
+    "beyond": ("stone_soup", "own_motion", "formats"),
+}  # fmt: skip
 
 
 def picture_of(block, block_vars, gallery_conf):
@@ -52,6 +61,11 @@ def look(gallery_conf, name):
         "grid.alpha": 0.25, "figure.figsize": (8.0, 4.8), "figure.constrained_layout.use": True,
         "legend.frameon": False, "axes.titlesize": 11,
     })  # fmt: skip
+
+
+def place(example):
+    """Return where an example comes among those of its topic."""
+    return [name for names in GALLERY.values() for name in names].index(Path(example).stem)
 
 
 def plainer(*told):
@@ -123,7 +137,8 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     "plot_gallery": not QUICK,
     "filename_pattern": r"\.py$",
-    "subsection_order": [f"../examples/gallery/{name}" for name in TOPICS],
+    "subsection_order": [f"../examples/gallery/{name}" for name in GALLERY],
+    "within_subsection_order": place,
     "abort_on_example_error": True,
     "image_scrapers": (picture_of,),
     "reset_modules": (look,),
@@ -152,6 +167,8 @@ def lead_into_the_site(app, name, source):
         if path.is_relative_to(gallery) and path.suffix == ".py":
             up = "../" * (len(folder.relative_to(HERE).parts))
             return f"[{text}]({up}gallery/{path.relative_to(gallery).with_suffix('.rst')})"
+        if path == gallery:
+            return f"[{text}]({'../' * len(folder.relative_to(HERE).parts)}gallery/index.rst)"
         if path.is_dir():
             return text
         return link[0]

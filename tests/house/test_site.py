@@ -39,8 +39,8 @@ def test_the_reference_lists_every_name_of_a_public_package(module: object) -> N
 def test_the_gallery_has_twenty_examples_and_more() -> None:
     assert len(GALLERY) >= 20
     configuration = (ROOT / "docs/conf.py").read_text()
-    folders = {example.parent.name for example in GALLERY}
-    assert [name for name in folders if f'"{name}"' not in configuration] == []
+    names = {name for example in GALLERY for name in (example.parent.name, example.stem)}
+    assert [name for name in names if f'"{name}"' not in configuration] == []
 
 
 @pytest.mark.parametrize("example", GALLERY, ids=lambda example: example.stem)
