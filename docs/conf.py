@@ -31,6 +31,7 @@ RETURNED = re.compile(
 GALLERY = {
     "tracking": (
         "crossing", "nothing_told", "smoothing", "live", "turning", "heavy_tails", "silences",
+        "study",
     ),
     "sensors": ("radar_evening", "ships", "ghosts", "learned_coverage", "bias"),
     "images": ("people", "boxes", "cells", "particles"),
