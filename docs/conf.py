@@ -163,6 +163,8 @@ def lead_into_the_site(app, name, source):
 
     def new(link):
         text, target = link[1], link[2]
+        if target.startswith("#"):
+            return link[0]
         path = (folder / target.partition("#")[0]).resolve()
         gallery = HERE.parent / "examples" / "gallery"
         if path.is_relative_to(gallery) and path.suffix == ".py":

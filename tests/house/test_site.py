@@ -5,6 +5,7 @@ import re
 import runpy
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -93,6 +94,15 @@ def test_what_is_returned_stands_on_one_line() -> None:
     ]
     joined("function", "track", lines)
     assert lines == [*lines[:4], "Tracks, and the record.", "", "Raises", "------"]
+
+
+def test_links_into_a_page_stay_links_and_those_to_the_gallery_lead_there() -> None:
+    pytest.importorskip("sphinx_gallery")
+    lead = runpy.run_path(str(ROOT / "docs/conf.py"))["lead_into_the_site"]
+    app = SimpleNamespace(env=SimpleNamespace(doc2path=lambda name: f"{name}.md"))
+    source = ["[there](#here), [all](../examples/gallery) and [folders](images)"]
+    lead(app, "index", source)
+    assert source == ["[there](#here), [all](gallery/index.rst) and folders"]
 
 
 def test_tables_scroll_in_a_box_on_explanations_alone() -> None:
