@@ -38,7 +38,7 @@ __all__ = [
 ROOT = Path(__file__).resolve().parent
 PART = "TRACKWEAVE_KERNELS"
 DRAWN_WITH = "matplotlib"
-"""The dependency that compiles nothing, and is large."""
+"""The dependency that compiles nothing and is large; a first look draws nothing."""
 ANY_PROCESSOR = {"x86_64": "x86-64", "amd64": "x86-64"}
 
 
@@ -59,7 +59,12 @@ def get_requires_for_build_wheel(config_settings: dict[str, Any] | None = None) 
         return needed
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     pinned = project["optional-dependencies"]["compiled"] if _part() == "all" else []
-    known = [name for name in project["dependencies"] if not name.startswith(DRAWN_WITH)]
+    # What covers all kernels runs studies too, which draw.
+    known = [
+        name
+        for name in project["dependencies"]
+        if _part() == "all" or not name.startswith(DRAWN_WITH)
+    ]
     return [*needed, *known, *pinned]
 
 

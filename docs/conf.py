@@ -23,7 +23,21 @@ version = release = metadata("trackweave")["Version"]
 
 # How NumPy writes the type of an array; shapes and units stand in the text.
 ARRAY = re.compile(r"numpy\.ndarray\[tuple\[.*?\], numpy\.dtype\[.*?\]\]")
-TOPICS = ("tracking", "sensors", "images", "association", "beyond")
+# What stands under "Returns", up to an empty line.
+RETURNED = re.compile(
+    r"^((?:Returns|Yields)\n-+\n)(.+?)(?=\n\s*\n|\s*\Z)", re.MULTILINE | re.DOTALL
+)
+# The gallery's topics and their examples, in the order in which they are shown.
+GALLERY = {
+    "tracking": (
+        "crossing", "nothing_told", "smoothing", "live", "turning", "heavy_tails", "silences",
+        "study",
+    ),
+    "sensors": ("radar_evening", "ships", "ghosts", "learned_coverage", "bias"),
+    "images": ("people", "boxes", "cells", "particles"),
+    "association": ("three_lists", "gap", "jpda", "pmx", "patent", "ants"),
+    "beyond": ("stone_soup", "own_motion", "formats"),
+}  # fmt: skip
 
 
 def picture_of(block, block_vars, gallery_conf):
@@ -48,6 +62,11 @@ def look(gallery_conf, name):
         "grid.alpha": 0.25, "figure.figsize": (8.0, 4.8), "figure.constrained_layout.use": True,
         "legend.frameon": False, "axes.titlesize": 11,
     })  # fmt: skip
+
+
+def place(example):
+    """Return where an example comes among those of its topic."""
+    return [name for names in GALLERY.values() for name in names].index(Path(example).stem)
 
 
 def plainer(*told):
@@ -119,7 +138,8 @@ sphinx_gallery_conf = {
     "gallery_dirs": "gallery",
     "plot_gallery": not QUICK,
     "filename_pattern": r"\.py$",
-    "subsection_order": [f"../examples/gallery/{name}" for name in TOPICS],
+    "subsection_order": [f"../examples/gallery/{name}" for name in GALLERY],
+    "within_subsection_order": place,
     "abort_on_example_error": True,
     "image_scrapers": (picture_of,),
     "reset_modules": (look,),
@@ -143,11 +163,15 @@ def lead_into_the_site(app, name, source):
 
     def new(link):
         text, target = link[1], link[2]
+        if target.startswith("#"):
+            return link[0]
         path = (folder / target.partition("#")[0]).resolve()
         gallery = HERE.parent / "examples" / "gallery"
         if path.is_relative_to(gallery) and path.suffix == ".py":
             up = "../" * (len(folder.relative_to(HERE).parts))
             return f"[{text}]({up}gallery/{path.relative_to(gallery).with_suffix('.rst')})"
+        if path == gallery:
+            return f"[{text}]({'../' * len(folder.relative_to(HERE).parts)}gallery/index.rst)"
         if path.is_dir():
             return text
         return link[0]
@@ -161,6 +185,19 @@ def untyped(*told):
     what, lines = told[1], told[-1]
     if what in {"attribute", "data", "property"} and lines and ":" in lines[0]:
         lines[0] = f": {lines[0]}"
+
+
+def joined(*told):
+    """Let what is returned stand on one line: Napoleon takes each of its lines for an item."""
+    told[-1][:] = RETURNED.sub(
+        lambda found: found[1] + found[2].replace("\n", " "), "\n".join(told[-1])
+    ).split("\n")
+
+
+def box_tables(app, name, template, context, tree):
+    """Let long tables of explanations scroll in themselves; elsewhere the table is the page."""
+    if name.startswith("explanation/") or name == "performance":
+        app.add_css_file("boxes.css")
 
 
 def begin_with_pictures(app, name, source):
@@ -184,6 +221,8 @@ def setup(app):
     # Before links lead into the site: by examples' own paths they are known.
     app.connect("source-read", begin_with_pictures)
     app.connect("source-read", lead_into_the_site)
+    app.connect("html-page-context", box_tables)
     # Before Napoleon, which takes what stands before a colon for a type.
     app.connect("autodoc-process-docstring", untyped, priority=400)
+    app.connect("autodoc-process-docstring", joined, priority=400)
     app.connect("autodoc-process-docstring", plainer)

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from trackweave.domain.scans import Scan as Scan
     from trackweave.domain.tracks import TrackTable as TrackTable
     from trackweave.domain.truth import TruthTable as TruthTable
+    from trackweave.engine import EngineError as EngineError
     from trackweave.errors import DataFormatError as DataFormatError
     from trackweave.errors import InvalidInputError as InvalidInputError
     from trackweave.errors import NumericalError as NumericalError
@@ -126,6 +127,7 @@ _HOMES = {
     "CoordinatedTurn": "trackweave.models.motion",
     "DataFormatError": "trackweave.errors",
     "Dual": "trackweave.solvers",
+    "EngineError": "trackweave.engine",
     "Evaluation": "trackweave.metrics",
     "Exact": "trackweave.solvers",
     "FieldOfView": "trackweave.models.coverage",

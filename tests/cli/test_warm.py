@@ -37,7 +37,7 @@ def test_says_where_kernels_come_from(run: Run) -> None:
 @pytest.mark.usefixtures("little")
 def test_says_so_in_words_unless_told_to_be_quiet(run: Run) -> None:
     said = run("warm").stderr
-    assert "0 kernels came with the package (none came with it)" in said
+    assert "used 0 kernels that came with the package (none came with it), " in said
     assert "kept in " in said
     assert run("warm", "--quiet").output == ""
     assert run("warm", "--all", "--json").exit_code == 0

@@ -1,6 +1,9 @@
 """What ``import trackweave`` offers."""
 
 import ast
+import builtins
+import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -34,6 +37,24 @@ def test_public_names_are_sorted_and_listed() -> None:
 def test_an_unknown_name_is_an_attribute_error() -> None:
     with pytest.raises(AttributeError, match="no attribute 'tracks'"):
         _ = trackweave.tracks
+
+
+def test_every_error_that_a_public_name_says_it_raises_is_public_and_explained() -> None:
+    values = [getattr(trackweave, name) for name in trackweave.__all__]
+    documented = [
+        *values,
+        *(m for v in values if inspect.isclass(v) for m in vars(v).values() if callable(m)),
+    ]
+    raised = {
+        error
+        for value in documented
+        for error in re.findall(r"^ +(\w+Error)$", value.__doc__ or "", re.MULTILINE)
+        if not hasattr(builtins, error)
+    }
+    assert raised <= set(trackweave.__all__)
+    page = Path(__file__).parents[2] / "docs/reference/messages.md"
+    kinds = page.read_text().partition("## Tables")[0]
+    assert [error for error in raised if f"| `{error}` |" not in kinds] == []
 
 
 def test_importing_the_package_imports_nothing_else() -> None:

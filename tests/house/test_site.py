@@ -2,8 +2,10 @@
 
 import ast
 import re
+import runpy
 import tomllib
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -38,8 +40,8 @@ def test_the_reference_lists_every_name_of_a_public_package(module: object) -> N
 def test_the_gallery_has_twenty_examples_and_more() -> None:
     assert len(GALLERY) >= 20
     configuration = (ROOT / "docs/conf.py").read_text()
-    folders = {example.parent.name for example in GALLERY}
-    assert [name for name in folders if f'"{name}"' not in configuration] == []
+    names = {name for example in GALLERY for name in (example.parent.name, example.stem)}
+    assert [name for name in names if f'"{name}"' not in configuration] == []
 
 
 @pytest.mark.parametrize("example", GALLERY, ids=lambda example: example.stem)
@@ -74,3 +76,36 @@ def test_no_address_is_said_in_two_places() -> None:
 def test_continuous_integration_builds_the_site() -> None:
     assert "scripts/docs --quick" in (ROOT / ".ci/run").read_text()
     assert "scripts/docs\n" in (ROOT / ".github/workflows/docs.yml").read_text()
+
+
+def test_what_is_returned_stands_on_one_line() -> None:
+    pytest.importorskip("sphinx_gallery")
+    joined = runpy.run_path(str(ROOT / "docs/conf.py"))["joined"]
+    lines = [
+        "Track.",
+        "",
+        "Returns",
+        "-------",
+        "Tracks, and",
+        "the record.",
+        "",
+        "Raises",
+        "------",
+    ]
+    joined("function", "track", lines)
+    assert lines == [*lines[:4], "Tracks, and the record.", "", "Raises", "------"]
+
+
+def test_links_into_a_page_stay_links_and_those_to_the_gallery_lead_there() -> None:
+    pytest.importorskip("sphinx_gallery")
+    lead = runpy.run_path(str(ROOT / "docs/conf.py"))["lead_into_the_site"]
+    app = SimpleNamespace(env=SimpleNamespace(doc2path=lambda name: f"{name}.md"))
+    source = ["[there](#here), [all](../examples/gallery) and [folders](images)"]
+    lead(app, "index", source)
+    assert source == ["[there](#here), [all](gallery/index.rst) and folders"]
+
+
+def test_tables_scroll_in_a_box_on_explanations_alone() -> None:
+    static = ROOT / "docs/_static"
+    assert "max-height" not in (static / "site.css").read_text()
+    assert "max-height" in (static / "boxes.css").read_text()

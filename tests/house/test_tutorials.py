@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import trackweave
+
 ROOT = Path(__file__).resolve().parents[2]
 FOLDER = ROOT / "docs" / "tutorials"
 # Its commands are the README's, whose picture other tests make.
@@ -20,7 +22,9 @@ SHELL = f"trackweave() {{ '{sys.executable}' -m trackweave \"$@\"; }}\nset -e\n"
 
 
 def run_in_shell(commands: str) -> None:
-    environment = {**os.environ, "PYTHONPATH": str(ROOT / "src")}
+    # The same package as here, be it of this checkout or one that was installed.
+    paths = [str(Path(trackweave.__file__).parents[1]), os.environ.get("PYTHONPATH", "")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, paths))}
     done = subprocess.run(
         ["bash", "-c", SHELL + commands], env=environment, capture_output=True, text=True
     )

@@ -2,9 +2,10 @@
 
 import pytest
 
+from trackweave.association import inactive
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.run import track
-from trackweave.run.small_recordings import recording_of
+from trackweave.run.small_recordings import recording_of, recording_of_radars
 from trackweave.solvers import METHODS
 from trackweave.warming.covering import KINDS, PARTS, tasks_of
 
@@ -36,3 +37,14 @@ def test_every_kind_of_measurement_is_covered() -> None:
     kinds = {kind.name.lower().replace("_", "-") for kind in MeasurementKind}
     # Of a range rate alone there are no reports: it is a part of others.
     assert kinds - {"range-rate"} == covered
+
+
+def test_two_turning_radars_leave_clusters_that_no_scan_concerns(monkeypatch) -> None:
+    seen = recording_of_radars()
+    assert seen.reports.equals(recording_of_radars().reports)
+    asked = []
+    real = inactive.locate
+    monkeypatch.setattr(inactive, "locate", lambda *told: asked.append(None) or real(*told))
+    tasks = dict(tasks_of("all"))
+    tasks["track two turning radars"]()
+    assert asked

@@ -4,7 +4,8 @@ Ships that report themselves
 
 Ships send their position with their number (MMSI) when they please: every few seconds under way,
 every three minutes moored. Two of these use one number, one changes hers, one falls silent for
-four minutes. The number is evidence, not truth: tracks stay with ships. Each colour is a track.
+four minutes. The number is evidence, not truth: tracks stay with ships. Each colour is a track,
+named by the number that its ship sends, which may change or be another's too.
 """
 
 import matplotlib.pyplot as plt
@@ -23,7 +24,7 @@ for lon, lat, east, north, period, number in ships:
     for time in np.arange(rng.uniform(0, period), 1500.0, period):
         if number == "666" and 600 < time < 840:  # silent
             continue
-        now = "445" if number == "444" and time > 700 else number  # hers changes
+        now = "445" if number == "444" and time > 400 else number  # hers changes
         off = rng.normal(0.0, 5.0, 2) / 111e3
         rows.append((float(round(time)), lat + (north * 0.514 * time) / 111e3 + off[0],
                      lon + (east * 0.514 * time) / 65e3 + off[1], now))  # fmt: skip
@@ -36,10 +37,18 @@ for (track,), path in found.group_by("track", maintain_order=True):
     if len(path) < 3:  # a wild report by itself
         continue
     n_tracks += 1
-    (line,) = axes.plot(path["lon"], path["lat"], ".", ms=3)
-    said = " / ".join(path["identity"].unique(maintain_order=True))
-    axes.annotate(f"track {track}: {said}", (path["lon"][-1], path["lat"][-1]), xytext=(4, 4),
-                  textcoords="offset points", color=line.get_color(), fontsize=9)  # fmt: skip
+    time, lon, lat, number = (path[name].to_numpy() for name in ("time", "lon", "lat", "identity"))
+    (line,) = axes.plot(lon, lat, ".", ms=3)
+    notes = [(f"track {track}: {number[0]}", 0)]
+    notes += [(f"from here {number[k]}", k) for k in np.flatnonzero(number[1:] != number[:-1]) + 1]
+    pause = np.diff(time)
+    for k in np.flatnonzero((pause > 120) & (np.median(pause) < 60)):
+        notes.append((f"silent {pause[k]:.0f} s", k))
+    for said, k in notes:
+        axes.plot(lon[k], lat[k], "o", ms=6, color=line.get_color())
+        axes.annotate(said, (lon[k], lat[k]), fontsize=9, color=line.get_color(),
+                      xytext=(5, -15 if "silent" in said else 6),
+                      textcoords="offset points")  # fmt: skip
 axes.set(
     title=f"{len(ships)} ships, {n_tracks} tracks", xlabel="longitude [°]", ylabel="latitude [°]"
 )

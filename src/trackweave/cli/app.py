@@ -343,8 +343,8 @@ def warm(
 ) -> None:
     """Compile beforehand what `demo` and a first `track` need, and say what came compiled.
 
-    Says how many kernels came with the package, were kept from earlier runs and were compiled
-    now, where they lie, and, where none that came are used, why not.
+    Says how many kernels of those that it needs came with the package, were kept from earlier
+    runs and were compiled now, where they lie, and, where none that came are used, why not.
     """
 
 

@@ -22,9 +22,9 @@ def run_warm(voice: Voice, *, everything: bool = False) -> dict[str, Any]:
     found = _found()
     obstacle = found["why_not_shipped"]
     voice.say(
-        f"{found['shipped']} kernels came with the package"
+        f"used {found['shipped']} kernels that came with the package"
         + (f" ({obstacle})" if obstacle else f" ({found['shipped_folder']})")
-        + f", {found['kept']} were kept from earlier runs, {found['compiled']} compiled now"
+        + f", {found['kept']} kept from earlier runs, {found['compiled']} compiled now"
     )
     for folder in found["kept_folders"]:
         voice.say(f"kept in {folder}")

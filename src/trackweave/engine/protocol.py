@@ -19,7 +19,14 @@ __all__ = [
 
 
 class EngineError(TrackweaveError):
-    """No worker can be had: a library is missing, a cluster does not answer, none starts."""
+    """No worker can be had: a library is missing, a cluster does not answer, none starts.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> issubclass(tw.EngineError, tw.TrackweaveError)
+    True
+    """
 
 
 class WorkerLostError(TrackweaveError):

@@ -36,9 +36,32 @@ class AssignmentQuality:
 
 
 def assignment_quality(targets: Iterable[Any], tracks: Iterable[Any]) -> AssignmentQuality:
-    """Return how rightly each report was given to a track."""
-    # Targets and tracks are text or numbers; None, NaN, empty text or a negative number for none.
-    # Only switches depend on the order, which is that of time.
+    """Return how rightly each report was given to a track.
+
+    Parameters
+    ----------
+    targets
+        Each report's target: text or numbers; None, NaN, empty text or a negative number for a
+        false alarm. Only switches depend on the order, which is that of time.
+    tracks
+        Each report's track, likewise.
+
+    Returns
+    -------
+    The shares and the number of switches.
+
+    Raises
+    ------
+    InvalidInputError
+        If there are not as many tracks as targets.
+
+    Examples
+    --------
+    >>> from trackweave.metrics import assignment_quality
+    >>> judged = assignment_quality(["A", "A", "A", None], ["1", "1", "2", None])
+    >>> judged.right_share, judged.switches
+    (0.75, 1)
+    """
     target, n_targets = _codes(targets)
     track, n_tracks = _codes(tracks)
     if target.size != track.size:

@@ -37,7 +37,37 @@ class ClearMot:
 
 
 def clear_mot(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -> ClearMot:
-    """Return the CLEAR MOT figures over all times, of the pairs of ``pair_over_time``."""
+    """Return the CLEAR MOT figures over all times, of the pairs of ``pair_over_time``.
+
+    Parameters
+    ----------
+    moments
+        Truth and tracks side by side, of ``align``.
+    cutoff
+        The greatest distance of a pair [m]. Must be positive.
+    order
+        The exponent of capped distances by which new pairs are chosen, at least 1.
+
+    Returns
+    -------
+    The figures.
+
+    Raises
+    ------
+    InvalidInputError
+        If the cutoff or the order is none of a metric's.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align, clear_mot
+    >>> path = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]]
+    >>> truth = tw.TruthTable.from_columns(range(4), ["A"] * 4, path)
+    >>> broken = tw.TruthTable.from_columns(range(4), ["1", "1", "2", "2"], path)
+    >>> judged = clear_mot(align(truth, broken, None))
+    >>> judged.mota, judged.switches, judged.n_pairs
+    (0.75, 1, 4)
+    """
     return clear_mot_of_pairs(moments, pair_over_time(moments, cutoff, order))
 
 

@@ -44,7 +44,35 @@ class Hota:
 
 
 def hota(moments: Moments, cutoff: float = 50.0) -> Hota | None:
-    """Return HOTA for places, the mean over 19 levels; None without truth and tracks."""
+    """Return HOTA for places, the mean over 19 levels; None without truth and tracks.
+
+    Parameters
+    ----------
+    moments
+        Truth and tracks side by side, of ``align``.
+    cutoff
+        The distance from which on places have nothing in common [m]. Must be positive.
+
+    Returns
+    -------
+    HOTA and its factors.
+
+    Raises
+    ------
+    InvalidInputError
+        If the cutoff is none of a metric's.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align, hota
+    >>> path = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]]
+    >>> truth = tw.TruthTable.from_columns(range(4), ["A"] * 4, path)
+    >>> broken = tw.TruthTable.from_columns(range(4), ["1", "1", "2", "2"], path)
+    >>> judged = hota(align(truth, broken, None))
+    >>> judged.deta, judged.assa
+    (1.0, 0.5)
+    """
     # Luiten and others, *HOTA: a higher order metric for evaluating multi-object tracking*, 2021,
     # sections 5.1-5.3 and appendix C. doi:10.1007/s11263-020-01375-2. Where boxes have their
     # overlap, places have a similarity 1 - distance / cutoff, and 0 from the cutoff on. A level α

@@ -26,7 +26,34 @@ class Identity:
 
 
 def identity(moments: Moments, cutoff: float = 50.0) -> Identity:
-    """Return the identity measures over all times, of pairs closer than the cutoff [m]."""
+    """Return the identity measures over all times, of pairs closer than the cutoff [m].
+
+    Parameters
+    ----------
+    moments
+        Truth and tracks side by side, of ``align``.
+    cutoff
+        The greatest distance of a pair [m]. Must be positive.
+
+    Returns
+    -------
+    The measures.
+
+    Raises
+    ------
+    InvalidInputError
+        If the cutoff is none of a metric's.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align, identity
+    >>> path = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]]
+    >>> truth = tw.TruthTable.from_columns(range(4), ["A"] * 4, path)
+    >>> broken = tw.TruthTable.from_columns(range(4), ["1", "1", "2", "2"], path)
+    >>> identity(align(truth, broken, None)).idf1
+    0.5
+    """
     # Ristani, Solera, Zou, Cucchiara, Tomasi, *Performance measures and a data set for
     # multi-target, multi-camera tracking*, 2016, section 3.2. doi:10.1007/978-3-319-48881-3_2
     check_cutoff(cutoff)

@@ -31,7 +31,18 @@ class Presence(NamedTuple):
 
 
 class Moment(NamedTuple):
-    """One time: who was there, and how far [m] each target was from each track."""
+    """One time: who was there, and how far [m] each target was from each track.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align
+    >>> truth = tw.TruthTable.from_columns([0, 0], ["A", "B"], [[0, 0], [50, 0]])
+    >>> tracks = tw.TruthTable.from_columns([0], ["1"], [[3, 4]])
+    >>> moment = next(iter(align(truth, tracks, None)))
+    >>> moment.time, moment.distance.shape
+    (0.0, (2, 1))
+    """
 
     time: float
     targets: IntArray
@@ -115,6 +126,15 @@ def align(truth: TruthTable, tracks: TrackTable | TruthTable, max_gap: float | N
     ------
     InvalidInputError
         If the dimensions differ, or the gap is negative or not a number.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align
+    >>> truth = tw.TruthTable.from_columns([0, 1, 2], ["A"] * 3, [[0, 0], [10, 0], [20, 0]])
+    >>> tracks = tw.TruthTable.from_columns([0, 2], ["1", "1"], [[3, 4], [23, 4]])
+    >>> [moment.distance.tolist() for moment in align(truth, tracks, max_gap=2.0)]
+    [[[5.0]], [[5.0]], [[5.0]]]
     """
     points = _points(tracks)
     if len(truth) and points.time.size and truth.dim != points.position.shape[1]:

@@ -32,7 +32,38 @@ class Ospa2:
 
 
 def ospa2(moments: Moments, window: int = 10, cutoff: float = 50.0, order: float = 2.0) -> Ospa2:
-    """Return the distance of tracks from targets over a sliding window."""
+    """Return the distance of tracks from targets over a sliding window.
+
+    Parameters
+    ----------
+    moments
+        Truth and tracks side by side, of ``align``.
+    window
+        How many of the truth's times it is long, at least 1.
+    cutoff
+        The greatest distance of a pair [m], and the price of an object too many or too few.
+    order
+        The exponent p, at least 1.
+
+    Returns
+    -------
+    The distance and its parts at each time.
+
+    Raises
+    ------
+    InvalidInputError
+        If the window, the cutoff or the order is none of a metric's.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align, ospa2
+    >>> path = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]]
+    >>> truth = tw.TruthTable.from_columns(range(4), ["A"] * 4, path)
+    >>> broken = tw.TruthTable.from_columns(range(4), ["1", "1", "2", "2"], path)
+    >>> ospa2(align(truth, broken, None), window=2).total.round(1).tolist()
+    [0.0, 0.0, 39.5, 0.0]
+    """
     # Beard, Vo, Vo, *OSPA(2): using the OSPA metric to evaluate multi-target tracking
     # performance*, 2017, section III. doi:10.1109/ICCAIS.2017.8217598. A target and a track are as
     # far from each other as they are on average over those times of the window at which either is

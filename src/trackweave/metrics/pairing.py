@@ -32,7 +32,36 @@ class Pairs(NamedTuple):
 
 
 def pair_over_time(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -> Pairs:
-    """Return which track follows which target at each time."""
+    """Return which track follows which target at each time.
+
+    Parameters
+    ----------
+    moments
+        Truth and tracks side by side, of ``align``.
+    cutoff
+        The greatest distance of a pair [m]. Must be positive.
+    order
+        The exponent of capped distances by which new pairs are chosen, at least 1.
+
+    Returns
+    -------
+    All pairs of all times.
+
+    Raises
+    ------
+    InvalidInputError
+        If the cutoff or the order is none of a metric's.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align, pair_over_time
+    >>> path = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]]
+    >>> truth = tw.TruthTable.from_columns(range(4), ["A"] * 4, path)
+    >>> broken = tw.TruthTable.from_columns(range(4), ["1", "1", "2", "2"], path)
+    >>> pair_over_time(align(truth, broken, None)).track.tolist()
+    [0, 0, 1, 1]
+    """
     # Bernardin, Stiefelhagen, *Evaluating multiple object tracking performance: the CLEAR MOT
     # metrics*, 2008, section 2.2. doi:10.1155/2008/246309. At each time, pairs of the time before
     # are kept while they are closer than the cutoff; then the remaining targets and tracks are

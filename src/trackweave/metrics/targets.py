@@ -50,7 +50,30 @@ class TargetRecord:
 
 
 def target_records(moments: Moments, pairs: Pairs) -> tuple[TargetRecord, ...]:
-    """Return each target's record, in order of their identifiers as text."""
+    """Return each target's record, in order of their identifiers as text.
+
+    Parameters
+    ----------
+    moments
+        Truth and tracks side by side, of ``align``.
+    pairs
+        Who follows whom in them, of ``pair_over_time``.
+
+    Returns
+    -------
+    A record for each target.
+
+    Examples
+    --------
+    >>> import trackweave as tw
+    >>> from trackweave.metrics import align, pair_over_time, target_records
+    >>> path = [[0.0, 0.0], [10.0, 0.0], [20.0, 0.0], [30.0, 0.0]]
+    >>> truth = tw.TruthTable.from_columns(range(4), ["A"] * 4, path)
+    >>> broken = tw.TruthTable.from_columns(range(4), ["1", "1", "2", "2"], path)
+    >>> moments = align(truth, broken, None)
+    >>> [(each.target, each.tracks) for each in target_records(moments, pair_over_time(moments))]
+    [('A', ('1', '2'))]
+    """
     moment = np.repeat(np.arange(len(moments)), np.diff(moments.truth.first))
     order = np.lexsort((moment, moments.truth.identity))
     identity, time = moments.truth.identity[order], moments.time[moment[order]]

@@ -10,9 +10,12 @@ import polars as pl
 from trackweave.arrays import FloatArray
 from trackweave.randomness import generator_of
 
-__all__ = ["Recording", "recording_of"]
+__all__ = ["Recording", "recording_of", "recording_of_radars"]
 
 SIDE, SPEED, SCANS, OBJECTS, FALSE_ALARMS = 3000.0, 15.0, 12, 6, 2
+RADARS = {"north": (0.0, 30e3, 10.0), "south": (0.0, -25e3, 12.0)}
+"""Where radars stand, east and north [m], and how long a turn of each takes [s]."""
+AIRCRAFT, TURNS, SKY = 30, 6, 40e3
 PLACES = ((0.0, 0.0, 30.0), (SIDE, -200.0, 20.0), (-300.0, SIDE, 40.0))
 
 
@@ -63,6 +66,38 @@ def recording_of(kind: str, *, n_sensors: int = 1, dim: int = 2) -> Recording:
                 rows.append({"time": time, "sensor": f"s{sensor}", **row})
     sensors = {f"s{k}": _told(kind, k) for k in range(n_sensors)}
     return Recording(pl.DataFrame(rows), {"motion": {"max_speed": 40.0}, "sensors": sensors})
+
+
+def recording_of_radars() -> Recording:
+    """Return what two turning radars report of so many aircraft that none of them sees all.
+
+    Returns
+    -------
+    The recording, the same at each call.
+    """
+    rng = generator_of(3)
+    begin = rng.uniform(-SKY, SKY, (AIRCRAFT, 2))
+    velocity = rng.normal(0.0, 10.0 * SPEED, (AIRCRAFT, 2))
+    rows: list[tuple[float, str, float, float]] = []
+    for name, (east, north, turn) in RADARS.items():
+        for k in range(TURNS):
+            away = begin + turn * k * velocity - (east, north)
+            time = turn * (k + np.arctan2(*away.T) % (2.0 * np.pi) / (2.0 * np.pi))
+            away = begin + time[:, None] * velocity - (east, north)
+            found = np.hypot(*away.T) + rng.normal(0.0, 50.0, AIRCRAFT)
+            azimuth = np.degrees(np.arctan2(*away.T)) + rng.normal(0.0, 0.1, AIRCRAFT)
+            rows += zip(time, [name] * AIRCRAFT, found, azimuth % 360.0, strict=True)
+    columns = ["time", "sensor", "range_m", "azimuth_deg"]
+    sensors = {
+        name: {
+            "measurement": "range-azimuth",
+            "position": list(place),
+            "sigma": {"range_m": 50.0, "azimuth_deg": 0.1},
+        }
+        for name, (*place, _) in RADARS.items()
+    }
+    reports = pl.DataFrame(rows, columns, orient="row").sort("time")
+    return Recording(reports, {"motion": {"max_speed": 600.0}, "sensors": sensors})
 
 
 def _paths(rng: np.random.Generator, dim: int) -> FloatArray:

@@ -152,9 +152,14 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     --------
     >>> import polars as pl
     >>> from trackweave import track
-    >>> reports = pl.DataFrame({"frame": [3, 1, 4, 2], "x": [3.1, 1.0, 4.0, 1.9], "y": [5.0] * 4})
-    >>> track(reports).reports["frame"].to_list()
-    [3, 1, 4, 2]
+    >>> reports = pl.DataFrame(
+    ...     {"time": [2, 0, 3, 1], "x": [19.9, 0.0, 30.1, 10.2], "y": [4.9, 5.0, 5.0, 5.1]}
+    ... )
+    >>> result = track(reports)
+    >>> result.reports.select("time", "track").rows()
+    [(2, 1), (0, 1), (3, 1), (1, 1)]
+    >>> result.tracks.select("time", "track", "status").rows()[-1]
+    (3.0, 1, 'confirmed')
     """
     generator, began = generator_of(rng), (time.process_time(), time.perf_counter())
     if deadline is not None and not (is_number(deadline) and deadline > 0):

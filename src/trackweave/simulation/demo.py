@@ -7,7 +7,19 @@ __all__ = ["demo_configuration", "demo_scenario"]
 
 
 def demo_scenario() -> Scenario:
-    """Return three radars that take turns, and nine boats: three cross, two go side by side."""
+    """Return three radars that take turns, and nine boats: three cross, two go side by side.
+
+    Returns
+    -------
+    The scenario.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import demo_scenario
+    >>> scene = demo_scenario()
+    >>> [sensor.name for sensor in scene.sensors], len(scene.explicit_targets())
+    (['lighthouse', 'pier', 'headland'], 9)
+    """
     # Sixty scans, one every two seconds. Each radar turns once in six seconds, misses one boat in
     # seven and adds some eight false alarms a turn.
     radars = tuple(
@@ -53,7 +65,26 @@ def demo_scenario() -> Scenario:
 
 
 def demo_configuration(scenario: Scenario, seed: int) -> str:
-    """Return the configuration file of the demo: what is known of boats and radars."""
+    """Return the configuration file of the demo: what is known of boats and radars.
+
+    Parameters
+    ----------
+    scenario
+        The demo's, or another with the sensors that are to be told.
+    seed
+        The seed of the run.
+
+    Returns
+    -------
+    The file's text.
+
+    Examples
+    --------
+    >>> import tomllib
+    >>> from trackweave.simulation import demo_configuration, demo_scenario
+    >>> tomllib.loads(demo_configuration(demo_scenario(), seed=1))["motion"]
+    {'process_noise': 0.5, 'max_speed': 20.0}
+    """
     lines = [
         "# What one would know beforehand; everything else is estimated from the reports.",
         f"seed = {seed}",

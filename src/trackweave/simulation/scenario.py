@@ -34,6 +34,12 @@ class Area:
 
     Fields, units and ranges are those of the reference page "Scenario files"; a value that does
     not fit is refused.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import Area
+    >>> Area(low=(0.0, 0.0), high=(2000.0, 1400.0), margin=50.0).dim
+    2
     """
 
     low: Annotated[tuple[float, ...], VECTOR]
@@ -60,6 +66,13 @@ class SimulatedSensor:
 
     Fields, units and ranges are those of the reference page "Scenario files"; without a position
     it stands in the origin, without ``max_range`` it sees the whole area.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import SimulatedSensor
+    >>> pier = SimulatedSensor("pier", sigma=8.0, scan_period=6.0, clutter_per_scan=4.0)
+    >>> pier.detection_probability, pier.sigmas(2)
+    (0.9, (8.0, 8.0))
     """
 
     name: Annotated[str, NAME]
@@ -100,6 +113,12 @@ class RandomTargets:
     a target's place and heading are drawn so that its course stays in the area for as long as it
     lives; else it goes anywhere, and disappears where it leaves the area. Either holds for the
     straight course; process noise may carry it a little beyond.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import RandomTargets
+    >>> RandomTargets(count=20, speed=(5.0, 15.0), birth_rate=0.1).survival
+    1.0
     """
 
     count: Annotated[int, MANY]
@@ -122,6 +141,18 @@ class Scenario:
     """A scene to simulate, with the keys of the reference page "Scenario files".
 
     ``simulate`` takes its generator as an argument and does not read the seed.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import Area, Scenario, SimulatedSensor, Target
+    >>> scene = Scenario(
+    ...     area=Area((0.0, 0.0), (1000.0, 1000.0)),
+    ...     duration=30.0,
+    ...     sensors=(SimulatedSensor("radar", sigma=5.0, scan_period=2.0),),
+    ...     targets=(Target((100.0, 100.0), (10.0, 0.0)),),
+    ... )
+    >>> [target.name for target in scene.explicit_targets()]
+    ['1']
     """
 
     area: Area

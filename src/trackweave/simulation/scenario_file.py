@@ -31,6 +31,21 @@ def read_scenario(path: str | Path) -> Scenario:
     ------
     InvalidInputError
         If the file cannot be read, is not TOML, or holds a key or value that does not fit.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from pathlib import Path
+    >>> from trackweave.simulation import read_scenario
+    >>> text = '''
+    ... duration = 30.0
+    ... area = {low = [0.0, 0.0], high = [1000.0, 1000.0]}
+    ... sensors = [{name = "radar", sigma = 5.0, scan_period = 2.0}]
+    ... '''
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     size = Path(folder, "scene.toml").write_text(text)
+    ...     read_scenario(Path(folder, "scene.toml")).sensors[0].name
+    'radar'
     """
     file = Path(path)
     return scenario_of(read_toml(file, "a scenario"), str(file))
@@ -54,6 +69,15 @@ def scenario_of(table: Mapping[str, Any], name: str) -> Scenario:
     ------
     InvalidInputError
         If it holds a key or value that does not fit.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import scenario_of
+    >>> area = {"low": [0.0, 0.0], "high": [1000.0, 1000.0]}
+    >>> radar = {"name": "radar", "sigma": 5.0, "scan_period": 2.0}
+    >>> scene = scenario_of({"area": area, "duration": 30.0, "sensors": [radar]}, "mine")
+    >>> scene.area.high
+    (1000.0, 1000.0)
     """
     try:
         values = _known(Scenario, table, "")

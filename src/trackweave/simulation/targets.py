@@ -33,7 +33,14 @@ NAME = Key(
 
 @dataclass(frozen=True, slots=True)
 class Manoeuvre:
-    """A time in which a target turns, to the left [degrees/s], or accelerates: one of the two."""
+    """A time in which a target turns, to the left [degrees/s], or accelerates: one of the two.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import Manoeuvre
+    >>> Manoeuvre(start=40.0, duration=24.0, turn_rate_deg_s=3.6).end
+    64.0
+    """
 
     start: float
     duration: Annotated[float, ABOVE_ZERO]
@@ -61,6 +68,13 @@ class Target:
     Position [m] and velocity [m/s] hold at the time ``at`` [s], left out at ``start``; process
     noise spreads from here in both directions of time. Manoeuvres do not overlap. Without an end
     it stays to the scenario's; without a name it is called by its number.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import Manoeuvre, Target
+    >>> turn = Manoeuvre(start=40.0, duration=24.0, turn_rate_deg_s=3.6)
+    >>> Target((250.0, 120.0), (12.0, 1.0), end=90.0, manoeuvres=(turn,)).at
+    0.0
     """
 
     position: Annotated[tuple[float, ...], VECTOR]
@@ -101,6 +115,13 @@ class Crossing:
 
     ``heading_deg`` is the middle of their headings, clockwise from north (the y axis); units and
     ranges are those of the reference page "Scenario files".
+
+    Examples
+    --------
+    >>> from trackweave.simulation import Crossing
+    >>> pair = Crossing((500.0, 500.0), time=30.0, speed=10.0, angle_deg=60.0)
+    >>> [tuple(round(part, 1) for part in target.velocity) for target in pair.targets()]
+    [(8.7, 5.0), (8.7, -5.0)]
     """
 
     point: Annotated[tuple[float, ...], VECTOR]
@@ -135,7 +156,15 @@ class Crossing:
 
 @dataclass(frozen=True, slots=True)
 class Parallel:
-    """Targets that move side by side at a spacing [m]; their row's middle starts at a position."""
+    """Targets that move side by side at a spacing [m]; their row's middle starts at a position.
+
+    Examples
+    --------
+    >>> from trackweave.simulation import Parallel
+    >>> pair = Parallel((100.0, 500.0), (10.0, 0.0), spacing=50.0)
+    >>> [target.position for target in pair.targets()]
+    [(100.0, 475.0), (100.0, 525.0)]
+    """
 
     position: Annotated[tuple[float, ...], VECTOR]
     velocity: tuple[float, ...]

@@ -17,7 +17,7 @@ from trackweave.config.presets import PRESETS
 from trackweave.randomness import generator_of
 from trackweave.run import track
 from trackweave.run.fusing import fuse
-from trackweave.run.small_recordings import Recording, recording_of
+from trackweave.run.small_recordings import Recording, recording_of, recording_of_radars
 from trackweave.simulation import demo_configuration, demo_scenario, simulate
 from trackweave.solvers import METHODS
 from trackweave.solvers.warming import warm_up
@@ -92,6 +92,9 @@ def _others() -> Iterator[Task]:
     two = recording_of("position", n_sensors=2)
     for name, keys in OTHERWISE.items():
         yield f"track with {name}", partial(_track_with, two, keys)
+    sky = recording_of_radars()
+    for name, keys in {"": {}, ", IMM": {"motion": MODELS["IMM"]}}.items():
+        yield f"track two turning radars{name}", partial(_track_with, sky, keys)
     yield "track, tags at rest", _at_rest
     yield "track with identities", lambda: track(_with_identities(two))
     for preset in PRESETS:
