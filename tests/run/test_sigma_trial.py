@@ -6,6 +6,7 @@ import pytest
 
 import trackweave as tw
 from trackweave.metrics import assignment_quality
+from trackweave.run.small_recordings import RADARS, recording_of_radars
 
 SIGMA = 5.0
 
@@ -69,3 +70,20 @@ def test_beside_a_sensor_of_which_nothing_is_told(recording):
     result = tw.track(both.drop("target"), {"sensors": {"A": {"sigma": 0.02 * SIGMA}}})
     whose = [each or None for each in both["target"]]
     assert assignment_quality(whose, result.reports["track"].to_list()).idf1 > 0.9
+
+
+def test_a_turning_beam_whose_positions_stand_trial_ends_in_no_error() -> None:
+    # Few reports are in tracks that last with 90 m, so that what is told stands trial.
+    made = recording_of_radars()
+    parts = []
+    for name, (east, north, _) in RADARS.items():
+        angle, own = pl.col("azimuth_deg").radians(), pl.col("sensor") == name
+        x, y = (pl.col("range_m") * each for each in (angle.sin(), angle.cos()))
+        parts.append(made.reports.filter(own).select("time", "sensor", x=east + x, y=north + y))
+    sensors = {
+        name: {"sigma": 90.0, "position": [*at], "scan_period": turn, "rotation": "clockwise"}
+        for name, (*at, turn) in RADARS.items()
+    }
+    told = {"motion": {"max_speed": 600.0}, "sensors": sensors}
+    totals = tw.track(pl.concat(parts).sort("time"), told).run["totals"]
+    assert totals["assigned_reports"] > 0.5 * totals["reports"]

@@ -48,7 +48,13 @@ class Stretch:
     @classmethod
     def of_positions(cls, reports: ReportTable, configuration: Configuration) -> "Stretch":
         """Return reports of sensors of which nothing else is to be observed."""
-        return cls(reports, configuration, dict.fromkeys(reports.sensors, UNKNOWN_SENSOR))
+        # A beam that is told to turn would have to be observed: each instant is a scan here.
+        sensors = {
+            name: {key: value for key, value in told.items() if key != "rotation"}
+            for name, told in configuration.table("sensors").items()
+        }
+        plain = configuration.changed(sensors=sensors)
+        return cls(reports, plain, dict.fromkeys(reports.sensors, UNKNOWN_SENSOR))
 
     def tracked(self, estimates: Estimates) -> Tracked:
         """Track the stretch as some estimates say."""
