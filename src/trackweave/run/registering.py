@@ -19,7 +19,7 @@ from trackweave.estimation.registration import Registered, registered
 from trackweave.estimation.sightings import AZIMUTH, EAST, N_BIASES, NORTH, RANGE, SCALE
 from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbiased
 from trackweave.run.observing import observe, positions_in
-from trackweave.run.sighting import NO_HEIGHT, heard_tracks, sightings_of
+from trackweave.run.sighting import NO_HEIGHT, heard_tracks, hearing, is_looking, sightings_of
 
 __all__ = ["Registration", "may_stand_elsewhere", "registration_of", "unfit"]
 
@@ -190,9 +190,9 @@ def registration_of(
     refused = unfit(reports, configuration, observed)
     known = replace(known, refused=refused)
     chosen = [i for i, name in enumerate(reports.sensors) if name not in refused]
-    alone = [i for i in chosen if not _scans(observed[reports.sensors[i]])]
     if len(chosen) < 2:
         return replace(known, doubt="fewer than two sensors tell places")
+    alone = hearing(reports, configuration, observed, chosen)
     seen = sightings_of(reports, configuration, observed, chosen, flat=flat)
     if isinstance(seen, str):
         return replace(known, doubt=seen)
@@ -231,13 +231,9 @@ def unfit(
             refused[name] = "it moves, or may: its reports say where it was"
         elif kind.has_range and name not in places and seen.needs_place:
             refused[name] = "nobody says where it stands"
-        elif not _scans(seen) and np.all(heard_tracks(reports, index) < 0):
+        elif not is_looking(seen) and np.all(heard_tracks(reports, index) < 0):
             refused[name] = "it has no scans, and nothing tells whose its reports are"
     return refused
-
-
-def _scans(seen: ObservedSensor) -> bool:
-    return seen.rotation is not None or seen.scan_period is not None
 
 
 def _places(

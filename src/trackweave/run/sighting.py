@@ -20,7 +20,7 @@ from trackweave.run.observing import positions_in
 from trackweave.run.polar_to_cartesian import laid, platforms_of
 from trackweave.run.scans import with_turns
 
-__all__ = ["heard_tracks", "sightings_of", "tracks_of"]
+__all__ = ["heard_tracks", "hearing", "is_looking", "sightings_of", "tracks_of"]
 
 # So many reports tell enough, but no less than so many turns of the slowest: where these hold
 # more, those of a part of the plane.
@@ -86,7 +86,8 @@ def tracks_of(
     if scan is None:
         scan = np.unique(reports.time, return_inverse=True)[1].reshape(-1)
     periods = _periods(reports, observed)
-    heard = _heard(reports, chosen, periods)
+    alone = hearing(reports, configuration, observed, chosen)
+    heard = {index: heard_tracks(reports, index) for index in alone}
     looking = [index for index in chosen if index not in heard]
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
     fastest = configuration.said("motion", "max_speed") or _fastest(positions, looking, heard)
@@ -119,19 +120,31 @@ def tracks_of(
     return replace(geometry, track=track, period=periods), fastest
 
 
-def _heard(
-    reports: ReportTable, chosen: Sequence[int], periods: FloatArray
-) -> dict[int, IntArray]:
-    """Return the tracks of sensors that hear objects report themselves, by the sensor."""
-    # Among such sensors one whose clock ticks in whole seconds seems to look each second.
-    if not np.isnan(periods[list(chosen)]).any():
-        return {}
-    found = {}
-    for index in chosen:
-        number = heard_tracks(reports, index)
-        if np.isnan(periods[index]) or np.any(number >= 0):
-            found[index] = number
-    return found
+def hearing(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    chosen: Sequence[int],
+) -> list[int]:
+    """Return which sensors hear objects report themselves, and do not look."""
+    names = {index: reports.sensors[index] for index in chosen}
+    looking = [index for index in chosen if is_looking(observed[names[index]])]
+    hear = [index for index in chosen if index not in looking]
+    # Where none looks otherwise one whose clock ticks in whole seconds seems to, each second.
+    is_told = [
+        observed[name].rotation is not None
+        or configuration.sensor(name).get("scan_period") is not None
+        or configuration.sensor(name).get("scans") is True
+        for name in (names[index] for index in looking)
+    ]
+    if any(is_told) or any(judged(reports, index)[0].scans is not False for index in looking):
+        return hear
+    return list(chosen)
+
+
+def is_looking(seen: ObservedSensor) -> bool:
+    """Tell whether a sensor's reports show when it looks."""
+    return seen.rotation is not None or seen.scan_period is not None
 
 
 def heard_tracks(reports: ReportTable, index: int) -> IntArray:
