@@ -173,7 +173,7 @@ def drones(rng: np.random.Generator) -> pl.DataFrame:
                 angles = np.arctan2(place[0], place[1]), np.arcsin(place[2] / away)
                 noise = rng.normal(0.0, (6.0, 0.7, 0.9))
                 seen_at = np.array([away, *np.degrees(angles)]) + noise
-                seen_at[1] += 360.0 * (seen_at[1] < -180.0)
+                seen_at[1:] = seen_at[1] + 360.0 * (seen_at[1] < -180.0), min(seen_at[2], 90.0)
                 rows.append((float(second), *seen_at, str(number)))
     for second in range(180):
         for _ in range(rng.poisson(12)):

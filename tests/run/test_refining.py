@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import polars as pl
 import pytest
 
 import trackweave as tw
@@ -168,3 +169,27 @@ def test_boats_that_turn_keep_their_names() -> None:
         quality = assignment_quality(result.values.reports.carried["target"], found)
         assert quality.idf1 is not None
         assert quality.idf1 > 0.97
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("until", [40.0, 120.0])
+def test_a_camera_that_loses_objects_for_long_is_taken_to_and_no_other(until):
+    # Four boats before a radar of two seconds, and a camera with some false bearings.
+    rng, rows = np.random.default_rng(3), []
+    start = np.array([[-300.0, 400.0], [-100.0, 500.0], [100.0, 350.0], [300.0, 450.0]])
+    speed = rng.normal(0.0, 1.5, start.shape)
+    for look in np.arange(0.0, 120.0, 0.2):
+        place = start + look * speed
+        if round(10 * look) % 20 == 0:
+            heard = place[rng.random(4) < 0.9]
+            rows += [(look, "radar", *rng.normal(each, 4.0), None) for each in heard]
+        seen = place[rng.random(4) < 0.8 * (look < until)]
+        bearings = [*np.degrees(np.arctan2(*seen.T)), *rng.uniform(-60, 60, rng.poisson(1.0))]
+        rows += [
+            (look, "camera", None, None, (each + rng.normal(0, 0.5)) % 360.0) for each in bearings
+        ]
+    names = ["time", "sensor", "x", "y", "bearing_deg"]
+    table = pl.DataFrame(rows, names, orient="row", infer_schema_length=None)
+    told = {"camera": {"position": [0.0, 0.0]}}
+    used = tw.track(table, {"sensors": told}).run["configuration"]["sensors"]
+    assert used["camera"]["hidden_share"] == (0.5 if until < 120.0 else 0.0)

@@ -59,7 +59,7 @@ PATIENT_NOISE, HIDDEN_PART = 10.0, 0.03
 # nothing at times: or the tracks would leave out the very reports that tell.
 PATIENT_TAILS, PATIENT_SCALE, PATIENT_PERSISTENCE, PATIENT_SHARE = 0.05, 10.0, 0.9, 0.1
 # Where less than this share of reports is on sure tracks, objects may go farther.
-SPARSE = 0.25
+SPARSE = 0.4
 # Where nearly nothing is known, proofs of what is best take minutes and tell nothing more.
 QUICK = Auto(evaluations=10_000, branches=0)
 # Nor need decisions stay open for long in a sky, as they do in a crowd of people: it tells the
@@ -74,6 +74,9 @@ TURNS_IN_WINDOW, MOST_SCANS = 2.5, 60
 TURNS_OF_SLOWEST, MOST_SCANS_OF_TURNS = 5.0, 50
 # What the silence of a bearing sensor may say over a scan of the slowest sensor [nats].
 WORTH_OF_SILENCE = 1.5
+# One of bearings that sees objects more seldom than that does not for such a share of their time,
+# and for so long on average [s]: false bearings hide how long it really is.
+SELDOM, UNSEEN = 0.5, (0.5, 30.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -295,6 +298,8 @@ def _harmless(sensor: SensorEstimate, sensors: Mapping[str, SensorEstimate]) -> 
         return sensor
     looks = max(max(periods) / sensor.scan_period, 1.0)
     most = 1 - math.exp(-WORTH_OF_SILENCE / looks)
+    if sensor.detection_probability < SELDOM:
+        sensor = replace(sensor, hidden_share=UNSEEN[0], mean_silence=UNSEEN[1])
     return replace(sensor, detection_probability=min(sensor.detection_probability, digits(most)))
 
 
