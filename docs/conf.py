@@ -226,3 +226,7 @@ def setup(app):
     app.connect("autodoc-process-docstring", untyped, priority=400)
     app.connect("autodoc-process-docstring", joined, priority=400)
     app.connect("autodoc-process-docstring", plainer)
+
+
+# "On this page" has no room for a class before each of its methods.
+toc_object_entries_show_parents = "hide"

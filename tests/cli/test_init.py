@@ -4,6 +4,8 @@ import json
 import tomllib
 from pathlib import Path
 
+import numpy as np
+
 from cli.conftest import Run, write_reports
 
 
@@ -104,3 +106,25 @@ def test_of_a_radar_that_sweeps_a_sector_it_writes_what_a_run_finds(
     assert done.exit_code == 0, done.stderr
     assert "sweeps a sector" in done.stderr
     assert "scans" not in tomllib.loads((tmp_path / "t.toml").read_text())["sensors"]["default"]
+
+
+def test_of_two_radars_whose_places_nobody_told_it_writes_nothing_that_needs_them(
+    run: Run, tmp_path: Path
+) -> None:
+    rng, lines = np.random.default_rng(1), ["time,sensor,range_m,azimuth_deg"]
+    start, speed = rng.uniform(-3e4, 3e4, (8, 2)), rng.normal(0.0, 120.0, (8, 2))
+    for look in range(40):
+        for late, name, at in ((0.0, "north", (0.0, 2e4)), (1.3, "south", (5e3, -1.5e4))):
+            time = 4.0 * look + late
+            east, north = (start + time * speed - at).T
+            away = np.hypot(east, north) + rng.normal(0.0, 50.0, 8)
+            angle = np.degrees(np.arctan2(east, north)) % 360.0
+            lines += [f"{time},{name},{r:.0f},{a:.2f}" for r, a in zip(away, angle, strict=True)]
+    reports, config = tmp_path / "two.csv", tmp_path / "two.toml"
+    reports.write_text("\n".join(lines) + "\n")
+    done = run("init", reports, "-o", config)
+    assert done.exit_code == 0
+    assert "sensors.south.position: give where it stands" in done.stderr
+    sensors = tomllib.loads(config.read_text())["sensors"].values()
+    assert not any("field_of_view" in each for each in sensors)
+    assert {each.get("hidden_share", 0.0) for each in sensors} == {0.0}

@@ -60,7 +60,7 @@ def hota(moments: Moments, cutoff: float = 50.0) -> Hota | None:
     Raises
     ------
     InvalidInputError
-        If the cutoff is none of a metric's.
+        If the cutoff is not a positive number.
 
     Examples
     --------

@@ -1,6 +1,6 @@
 """What sensors' reports show before anything is estimated, and the settings that follow."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -127,7 +127,8 @@ def settle(
     }
     # What it says of heights and ranges is said when reports are tracked.
     table = placed(laid(reports, places)[0], places)
-    observed = with_views(observed, table, configuration, places)
+    # Of sensors that stand nobody knows where, nor is it known where on the plane they see.
+    observed = observed if unplaced else with_views(observed, table, configuration, places)
     observed = with_reach(observed, reports, configuration, places)
     if len(rotations) == 1:
         # Nobody else tells where an object was meanwhile: a turn serves as one instant.
@@ -151,7 +152,9 @@ def settle(
         }
         turning = rotations if len(rotations) > 1 else {}
         estimates = estimates_for(table, told, directions, scanning, turning)
-        estimates = told_by_tracks(estimates, table, told, kept or Kept(), scanning)
+        estimates = _as_placed(
+            told_by_tracks(estimates, table, told, kept or Kept(), scanning), unplaced
+        )
     elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
@@ -161,6 +164,17 @@ def settle(
     notes += notes_on_sensors(reports, configuration, observed, filled, places)
     notes += note_on_speed(configuration, estimates)
     return replace(filled, notes=(*filled.notes, *notes)), estimates
+
+
+def _as_placed(estimates: Estimates | None, unplaced: Sequence[str]) -> Estimates | None:
+    """Return estimates without what one sensor sees and another does not, if any has no place."""
+    if estimates is None or not unplaced:
+        return estimates
+    sensors = {
+        name: replace(each, hidden_share=0.0, mean_silence=None)
+        for name, each in estimates.sensors.items()
+    }
+    return replace(estimates, sensors=sensors, hidden_share=None, mean_silence=None)
 
 
 def _plane_in_words(reports: ReportTable) -> str:
