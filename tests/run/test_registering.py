@@ -273,7 +273,9 @@ def beside_receiver(*, named, clock=0.0):
     rng, rows = np.random.default_rng(2), []
     seen = sky(names=("north",)).drop("report")
     told = seen.filter(pl.col("height_m").is_not_null())
-    for (who,), own in on_plane(told).with_columns(told["target"]).group_by("target"):
+    for (who,), own in (
+        on_plane(told).with_columns(told["target"]).group_by("target", maintain_order=True)
+    ):
         # They fly straight; through their plots they are known to some ten metres.
         time = own["time"].to_numpy()
         ways = [np.polynomial.Polynomial.fit(time, own[axis].to_numpy(), 1) for axis in "xy"]
