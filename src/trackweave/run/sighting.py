@@ -137,7 +137,9 @@ def hearing(
         or configuration.sensor(name).get("scans") is True
         for name in (names[index] for index in looking)
     ]
-    if any(is_told) or any(judged(reports, index)[0].scans is not False for index in looking):
+    if any(is_told) or not all(reports.kind_of(index).is_position for index in looking):
+        return hear
+    if any(judged(reports, index)[0].scans is not False for index in looking):
         return hear
     return list(chosen)
 
