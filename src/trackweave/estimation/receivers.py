@@ -30,10 +30,10 @@ def receivers_in(reports: ReportTable, others: Iterable[str] = ()) -> list[str]:
     """
     if reports.identity is None:
         return []
-    found = []
+    known, found = set(others), []
     for index, name in enumerate(reports.sensors):
         rows = np.flatnonzero(reports.sensor == index)
-        if name in set(others) or not np.any(reports.identity[rows] >= 0):
+        if name in known or not np.any(reports.identity[rows] >= 0):
             continue
         place = reports.measurement[rows]
         if rows.size >= LEAST_REPORTS and np.all(place == place[0]):

@@ -55,7 +55,7 @@ def clear_mot(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -> Cle
     Raises
     ------
     InvalidInputError
-        If the cutoff or the order is none of a metric's.
+        If the cutoff is not positive, or the order is below 1.
 
     Examples
     --------

@@ -42,7 +42,7 @@ def identity(moments: Moments, cutoff: float = 50.0) -> Identity:
     Raises
     ------
     InvalidInputError
-        If the cutoff is none of a metric's.
+        If the cutoff is not a positive number.
 
     Examples
     --------

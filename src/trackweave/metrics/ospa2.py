@@ -52,7 +52,7 @@ def ospa2(moments: Moments, window: int = 10, cutoff: float = 50.0, order: float
     Raises
     ------
     InvalidInputError
-        If the window, the cutoff or the order is none of a metric's.
+        If the cutoff is not positive, or the window or the order is below 1.
 
     Examples
     --------

@@ -50,7 +50,7 @@ def pair_over_time(moments: Moments, cutoff: float = 50.0, order: float = 2.0) -
     Raises
     ------
     InvalidInputError
-        If the cutoff or the order is none of a metric's.
+        If the cutoff is not positive, or the order is below 1.
 
     Examples
     --------

@@ -41,7 +41,7 @@ class _Way(NamedTuple):
     time: FloatArray  # [s], ascending
     place: FloatArray  # On the plane [m]
     row: IntArray
-    track: int
+    group: int  # Number of the track among the case's groups
 
 
 def biased_sensors(case: Case) -> Iterator[Finding]:
@@ -138,11 +138,11 @@ def _beside_others(case: Case, index: int) -> FloatArray:
     gate = FARTHEST * case.plane_sigma(index)
     sigma = _sigma(case, index)
     # What both see under one name is one object, whoever else keeps beside it: posts all stand.
-    same = {other.track: other for other in others}
-    near: list[list[_Way]] = [[same[way.track]] if way.track in same else [] for way in own]
+    same = {other.group: other for other in others}
+    near: list[list[_Way]] = [[same[way.group]] if way.group in same else [] for way in own]
     for other in others:
         for number in np.flatnonzero(np.linalg.norm(_at(other, middle) - there, axis=1) < gate):
-            if own[number].track not in same:
+            if own[number].group not in same:
                 near[number].append(other)
     told, found = 0, []
     for way, beside in zip(own, near, strict=True):
