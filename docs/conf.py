@@ -6,6 +6,7 @@ nothing that is made lands among what is written.
 
 import os
 import re
+import runpy
 import warnings
 from importlib.metadata import metadata
 from pathlib import Path
@@ -217,7 +218,9 @@ def begin_with_pictures(app, name, source):
 
 
 def setup(app):
-    """Register what is ours."""
+    """Register what is ours, and write the page that the code makes."""
+    page = runpy.run_path(str(HERE / "every_key.py"))["page"]
+    (HERE / "reference" / "every-key.md").write_text(page())
     # Before links lead into the site: by examples' own paths they are known.
     app.connect("source-read", begin_with_pictures)
     app.connect("source-read", lead_into_the_site)

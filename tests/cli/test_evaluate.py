@@ -33,7 +33,7 @@ class Heard(Voice):
         self.on_terminal = True
         self.rows: dict[str, str] = {}
 
-    def table(self, title: str, rows: list[tuple[str, str]]) -> None:
+    def table(self, title: str, rows: list[tuple[str, str]], elsewhere: str = "") -> None:
         self.rows.update(rows)
 
 

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,8 @@ def test_says_what_it_found_in_lines(run: Run, files: list[Path], tmp_path: Path
     assert done.exit_code == 0, done.stderr
     assert "estimated from the covariances: process_noise 0.1 m²/s³" in done.stderr
     assert "common objects" not in done.stderr  # a table, for terminals
+    last = done.stderr.splitlines()[-1]
+    assert re.fullmatch(rf"\d+ objects? from \d+ tracks of 2 sensors, in {tmp_path / 'out'}", last)
     assert run("fuse", *files, "--out", tmp_path / "other", "--quiet").stderr == ""
 
 

@@ -62,6 +62,12 @@ def test_demo_ends_with_a_summary(tmp_path: Path) -> None:
     assert {"targets found", "worst gap to the bound"} <= set(voice.rows)
 
 
+def test_demo_says_what_it_found_without_a_terminal(run: Run, tmp_path: Path) -> None:
+    done = run("demo", "--out", tmp_path / "demo", "--seed", 2)
+    assert done.stderr.startswith("targets found 9 of 9; GOSPA (cutoff 50 m) ")
+    assert done.stderr.splitlines()[-1].endswith(f"all files are in {tmp_path / 'demo'}.")
+
+
 def test_the_demos_configuration_is_one() -> None:
     text = demo_configuration(demo_scenario(), 3)
     assert load_configuration(tomllib.loads(text)).said("seed") == 3

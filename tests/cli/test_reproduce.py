@@ -8,7 +8,8 @@ import matplotlib.image
 import pytest
 
 from cli.conftest import Run
-from trackweave.studies import STUDIES, study_of
+from trackweave.cli import reproduce
+from trackweave.studies import STUDIES, Claim, WriteUp, study_of
 from trackweave.studies.judging import Verdict
 
 
@@ -34,6 +35,18 @@ def test_repeats_a_study_claim_by_claim(preset: str, run: Run, tmp_path: Path) -
     for name in re.findall(r"!\[[^]]*\]\(([^)]*)\)", report):
         assert matplotlib.image.imread(out / name).std() > 0.0
     assert not [name for name in record["files"] if name.endswith(".png") and name not in report]
+
+
+def test_says_in_a_line_what_became_of_the_claims(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    verdicts = [Verdict.HOLDS, Verdict.DOES_NOT_HOLD, Verdict.HOLDS]
+    written = WriteUp("", tuple(Claim("it is so", each, "it is") for each in verdicts), {})
+    monkeypatch.setattr(reproduce, "run_study", lambda *told: written)
+    done = run("reproduce", "huo-2008", "--quick", "--out", tmp_path / "out")
+    assert done.exit_code == 0, done.stderr
+    report = tmp_path / "out" / "report.md"
+    assert done.stderr == (f"3 claims, holds: 2, does not hold: 1; the report is {report}\n")
 
 
 def test_says_which_presets_have_a_study(run: Run, tmp_path: Path) -> None:

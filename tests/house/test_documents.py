@@ -2,6 +2,7 @@
 
 import ast
 import re
+import runpy
 import tomllib
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import pytest
 import trackweave
 from trackweave.cli.app import app
 from trackweave.config.schema import tables
+from trackweave.config.search import options_of
 from trackweave.config.sections import ConfigurationSection
+from trackweave.formats.registry import formats
 from trackweave.keys import Key
 from trackweave.solvers import METHODS
 
@@ -91,6 +94,21 @@ def test_the_page_of_the_configuration_says_each_keys_range() -> None:
             assert ends <= numbers, place
             checked += len(ends)
     assert checked > 60
+
+
+def test_the_page_that_the_code_makes_has_every_key_option_and_format() -> None:
+    page = runpy.run_path(str(ROOT / "docs/every_key.py"))["page"]()
+    parts = dict(re.findall(r"^##+ `?\[?([\w.-]+)\]?`?$\n(.*?)(?=^##|\Z)", page, re.M | re.S))
+    for name, table in ConfigurationSection.as_kind(Key()).entries.items():
+        inner = getattr(table.kind, "others", None) or table.kind
+        place = f"{name}.NAME" if inner is not table.kind else name
+        for key, entry in getattr(inner, "entries", {}).items():
+            is_row = f"| `{key}` |" in parts[place] and entry.meaning
+            assert is_row or f"{place}.{key}" in parts, place
+    for method in METHODS:
+        assert all(f"| `{option}` |" in parts[method] for option in options_of(method).entries)
+    assert all(f"| `{name}` |" in parts["Formats"] for name in formats())
+    assert "|  |" not in page
 
 
 def test_every_solver_is_explained() -> None:

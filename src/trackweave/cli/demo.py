@@ -55,7 +55,9 @@ def run_demo(voice: Voice, out: Path, seed: int | None = None) -> dict[str, Any]
     # Its configuration file says the seed.
     record = with_seed(result.run, seed, "file")
     place.write(files, {**record, "evaluation": {k: v for k, v in found.items() if k != TIME}})
-    voice.table("Three radars, false alarms, misses and a crossing", _rows(found))
+    rows = _rows(found)
+    line = "; ".join(f"{name} {value}" for name, value in rows[:5])
+    voice.table("Three radars, false alarms, misses and a crossing", rows, line)
     voice.say(f"The picture is {out / 'demo.png'}; all files are in {out}.")
     return {**found, "seed": seed, "out": str(out)}
 

@@ -223,9 +223,12 @@ class Voice:
         with compiling_told(lambda: self.say(COMPILING)):
             yield
 
-    def table(self, title: str, rows: list[tuple[str, str]]) -> None:
-        """Print a small table, on a terminal alone: elsewhere ``--json`` is what to read."""
+    def table(self, title: str, rows: list[tuple[str, str]], elsewhere: str = "") -> None:
+        """Print a small table on a terminal; elsewhere a line, where there is one to say."""
+        # Elsewhere --json is what to read; the line is so that nobody misses what came of it.
         if not self.on_terminal:
+            if elsewhere:
+                self.say(elsewhere)
             return
         from rich.console import Console
         from rich.table import Table
@@ -239,12 +242,14 @@ class Voice:
             table.add_row(*row)
         Console(stderr=True).print(table)
 
-    def results(self, title: str, found: dict[str, Any], digits: int = 4) -> None:
-        """Print what a command found, a row for each name."""
+    def results(
+        self, title: str, found: dict[str, Any], digits: int = 4, elsewhere: str = ""
+    ) -> None:
+        """Print what a command found, a row for each name; elsewhere as of ``table``."""
         rows = [
             (name.replace("_", " "), shown(value, digits=digits)) for name, value in found.items()
         ]
-        self.table(title, rows)
+        self.table(title, rows, elsewhere)
 
     @contextmanager
     def progress(self, what: str) -> Iterator[Callable[[int, int], None] | None]:

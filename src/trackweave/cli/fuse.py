@@ -11,6 +11,7 @@ from trackweave.io.encoding import encode_table
 from trackweave.io.output import OutputDirectory
 from trackweave.io.tables import ENDINGS
 from trackweave.run.fusing import fuse
+from trackweave.summaries import counted
 
 __all__ = ["run_fuse"]
 
@@ -41,7 +42,11 @@ def run_fuse(
     for line in [*_assumed(record), *_registered(record), *record["notes"]]:
         voice.say(line)
     found = summary_of(record, out, "update")
-    voice.results("Objects", found)
+    line = (
+        f"{counted(found['objects'], 'object')} from {counted(found['local_tracks'], 'track')} of "
+        f"{counted(found['sensors'], 'sensor')}, in {out}"
+    )
+    voice.results("Objects", found, elsewhere=line)
     return found
 
 

@@ -1,5 +1,6 @@
 """The command ``reproduce``."""
 
+from collections import Counter
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -8,6 +9,7 @@ from trackweave.cli.edge import Voice
 from trackweave.io.output import OutputDirectory
 from trackweave.studies import study_of
 from trackweave.studies.running import Order, run_study
+from trackweave.summaries import counted
 
 __all__ = ["run_reproduce"]
 
@@ -22,7 +24,11 @@ def run_reproduce(
     begin = perf_counter()
     with voice.progress(f"repeating {preset}") as progress:
         found = run_study(study, Order(preset, seed, quick), place, progress)
-    voice.table(f"What {preset} says", [(claim.text, claim.verdict) for claim in found.claims])
+    claims = [(claim.text, str(claim.verdict)) for claim in found.claims]
+    counts = Counter(verdict for _, verdict in claims)
+    told = ", ".join(f"{verdict}: {count}" for verdict, count in counts.items())
+    line = f"{counted(len(claims), 'claim')}, {told}; the report is {out / 'report.md'}"
+    voice.table(f"What {preset} says", claims, line)
     return {
         "preset": preset,
         "claims": [claim.told() for claim in found.claims],

@@ -92,15 +92,13 @@ def run_track(
     ]:
         voice.say(line)
     found = {**summary_of(record, out, "scan"), "time_s": perf_counter() - begin}
-    voice.results("Tracks", found)
-    if not voice.on_terminal:
-        # The table is a terminal's; elsewhere nobody would see that a run has found nothing.
-        skipped = len(record["skipped_rows"])
-        left = f"; {counted(skipped, 'row')} left out (run.json: skipped_rows)" if skipped else ""
-        voice.say(
-            f"{counted(found['tracks'], 'track')}, {found['assigned_reports']:,} of "
-            f"{counted(found['reports'], 'report')} assigned, in {out}{left}"
-        )
+    skipped = len(record["skipped_rows"])
+    left = f"; {counted(skipped, 'row')} left out (run.json: skipped_rows)" if skipped else ""
+    line = (
+        f"{counted(found['tracks'], 'track')}, {found['assigned_reports']:,} of "
+        f"{counted(found['reports'], 'report')} assigned, in {out}{left}"
+    )
+    voice.results("Tracks", found, elsewhere=line)
     # Who asks for JSON is told nothing else.
     return {**found, "notes": record["notes"]}
 

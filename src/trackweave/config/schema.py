@@ -4,6 +4,7 @@ from typing import Any
 
 from trackweave.config.search import options_of
 from trackweave.config.sections import ConfigurationSection
+from trackweave.config.tables import Section
 from trackweave.keys import Key
 from trackweave.solvers import METHODS
 
@@ -23,10 +24,12 @@ def json_schema() -> dict[str, Any]:
     }
 
 
-def tables() -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the schema of the file itself and those of its tables, without solvers' options."""
+def tables(
+    section: type[Section] = ConfigurationSection,
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Return the schema of a file itself and those of its tables, without solvers' options."""
     shared: dict[str, Any] = {}
-    return ConfigurationSection.as_kind(Key()).content(shared), shared
+    return section.as_kind(Key()).content(shared), shared
 
 
 def _add_options(search: dict[str, Any]) -> None:

@@ -6,7 +6,7 @@ from functools import cache
 from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from trackweave.config.plugins import plugin_class
-from trackweave.config.tables import Entry, Table, checked, kind_of
+from trackweave.config.tables import Entry, Table, checked, kind_of, meanings_of
 from trackweave.errors import InvalidInputError
 from trackweave.keys import Key, suggest
 from trackweave.solvers import METHODS
@@ -141,13 +141,14 @@ def options_of(method: str) -> Table:
 
     solver = _solver_class(method)
     hints = get_type_hints(solver, include_extras=True)
+    meanings = meanings_of(solver)
     found = {
-        field.name: _entry(hints[field.name], field.default)
+        field.name: _entry(hints[field.name], field.default, meanings.get(field.name, ""))
         for field in dataclasses.fields(solver)
         if field.init
     }
     if "islands" not in hints and issubclass(solver, Metaheuristic):
-        found["islands"] = _entry(int, 1)
+        found["islands"] = _entry(int, 1, "How many such searches there are, side by side.")
     options = {name: entry for name, entry in found.items() if entry is not None}
     return Table(solver.__name__, "", lambda: options)
 
@@ -160,10 +161,10 @@ def _solver_class(method: str) -> Any:
     return _from_outside(method) if known is None else getattr(solvers, known)
 
 
-def _entry(hint: Any, default: Any) -> Entry | None:
+def _entry(hint: Any, default: Any, meaning: str) -> Entry | None:
     """Return a field as a key, None for one that a file cannot say."""
     if _is_searches(hint):
         names = {_solver_class(name): name for name in METHODS}
         hint, default = SEARCHES, [names[type(method)] for method in default]
     kind = kind_of(hint)
-    return None if kind is None else Entry(kind, default=default)
+    return None if kind is None else Entry(kind, meaning, default)

@@ -34,6 +34,7 @@ __all__ = [
     "checked",
     "entries_of",
     "kind_of",
+    "meanings_of",
 ]
 
 Found = dict[str, str]
@@ -344,7 +345,7 @@ def _class_at(place: str) -> type:
 def entries_of(cls: type, *, marked: bool = True) -> dict[str, Entry]:
     """Return the fields of a class as keys: those that carry a ``Key``, or all."""
     # What a key means stands in its annotation, or in the class's docstring.
-    meanings, found = _meanings(cls), {}
+    meanings, found = meanings_of(cls), {}
     for name, hint in get_type_hints(cls, include_extras=True).items():
         marks = get_args(hint)[1:] if get_origin(hint) is Annotated else ()
         is_key = not name.startswith("_") and (
@@ -357,15 +358,15 @@ def entries_of(cls: type, *, marked: bool = True) -> dict[str, Entry]:
     return found
 
 
-def _meanings(cls: type) -> dict[str, str]:
+def meanings_of(cls: type) -> dict[str, str]:
     """Return the first paragraph of what a docstring says under Parameters, by name."""
     text = inspect.cleandoc(cls.__doc__ or "")
     found: dict[str, str] = {}
-    name = ""
+    names: list[str] = []
     for line in text.partition("Parameters\n----------\n")[2].splitlines():
         if not line.startswith(" "):
-            name = line
-        elif name:
+            names = line.split(", ") if line else []
+        for name in names if line.startswith(" ") else ():
             found[name] = f"{found.get(name, '')} {line.strip()}".strip()
     return found
 

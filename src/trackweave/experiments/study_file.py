@@ -18,8 +18,8 @@ from trackweave.metrics import Evaluation
 from trackweave.toml_file import read_toml
 
 __all__ = [
-    "LIKELIHOOD", "MEASURES", "OF_ITSELF", "Configured", "Plan", "Scene", "StudyPlan", "Tuning",
-    "read_study",
+    "LIKELIHOOD", "MEASURES", "OF_ITSELF", "Configured", "Plan", "Scene", "StudyPlan",
+    "StudySection", "Tuning", "read_study",
 ]  # fmt: skip
 
 _SETTINGS = ("cutoff", "order", "window", "targets")
@@ -119,12 +119,16 @@ class _TuneSection(Section, of=(Tuning,)):
 class _ScenarioSection(Section):
     """Reports to be tracked: a scene that is simulated, or a recording."""
 
-    file: Annotated[str, Key("the path of a scenario file")]
-    scene: Annotated[dict, Key("a table with the keys of a scenario file")]  # type: ignore[type-arg]
-    reports: Annotated[str, Key("the path of a file of reports")]
-    truth: Annotated[str, Key("the path of a file of truth")]
-    pieces: Annotated[int, COUNT]
-    sweep: Annotated[dict, Key("a table of keys")]  # type: ignore[type-arg]
+    file: Annotated[
+        str, Key("the path of a scenario file"), "A scenario file, simulated with each seed."
+    ]
+    scene: Annotated[dict, Key("a table with the keys of a scenario file"), "The keys of one."]  # type: ignore[type-arg]
+    reports: Annotated[
+        str, Key("the path of a file of reports"), "A recording, of any format that is read."
+    ]
+    truth: Annotated[str, Key("the path of a file of truth"), "Its truth."]
+    pieces: Annotated[int, COUNT, "Parts of equal time that are tracked by themselves."]
+    sweep: Annotated[dict, Key("a table of keys"), "Lists or ranges of values, by key."]  # type: ignore[type-arg]
 
     @staticmethod
     def rule(values: Mapping[str, Any]) -> str | None:
@@ -142,10 +146,10 @@ class _ScenarioSection(Section):
 class _ConfigurationSection(Section):
     """One way to track."""
 
-    file: Annotated[str, Key("the path of a configuration file")]
-    preset: Annotated[str, Key("the name of a preset")]
-    set: Annotated[dict, Key("a table with the keys of a configuration")]  # type: ignore[type-arg]
-    sweep: Annotated[dict, Key("a table of keys")]  # type: ignore[type-arg]
+    file: Annotated[str, Key("the path of a configuration file"), "A configuration file."]
+    preset: Annotated[str, Key("the name of a preset"), "A preset, as of `track --preset`."]
+    set: Annotated[dict, Key("a table with the keys of a configuration"), "Keys over these."]  # type: ignore[type-arg]
+    sweep: Annotated[dict, Key("a table of keys"), "Lists or ranges of values, by key."]  # type: ignore[type-arg]
 
 
 class _ScenariosSection(Section, entries=_ScenarioSection):
@@ -156,7 +160,7 @@ class _ConfigurationsSection(Section, entries=_ConfigurationSection):
     """Configurations by name."""
 
 
-class _StudySection(Section):
+class StudySection(Section):
     """Everything that STUDY.toml can say."""
 
     study: _PlanSection
@@ -249,7 +253,7 @@ def read_study(
         raise InvalidInputError(
             f"study: {source!r:.80}; expected the path of a TOML file, or a mapping of its keys"
         )
-    values = checked(given, _StudySection.as_kind(Key()), name)
+    values = checked(given, StudySection.as_kind(Key()), name)
     scenes = {
         key: _scene(one, folder, f"{name}, scenarios.{key}")
         for key, one in values["scenarios"].items()

@@ -101,7 +101,7 @@ class Sensor:
         By how much these are above those of other sensors [m].
     extent
         How far each of several reports that one object gives in a scan is from the next at most
-        [m]; 0 where an object gives one. In ``track`` and the service one of them stands for all;
+        [m]; 0 where an object gives one. In ``track`` and the service their middle stands for all;
         a tracker that is given scans one by one takes them as they come.
     scans
         Whether it looks, so that what it does not report was missed; false for one that hears
