@@ -131,7 +131,8 @@ def on_plane(
     sensor = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
     reports = table(there, place)
-    return with_seldom(guess, reports, {"A": moments}, at_rest=at_rest).sensors["A"].echoes
+    found = with_seldom(guess, reports, {"A": moments}, reports, at_rest=at_rest)
+    return found.sensors["A"].echoes
 
 
 def test_a_place_on_the_plane_is_found_with_its_spread_and_number():
@@ -151,7 +152,8 @@ def test_false_alarms_that_come_everywhere_stand_nowhere():
     place = rng.uniform(0.0, 1000.0, (time.size, 2))
     sensor = SensorEstimate(1.0, 5.0, 0.9, 5e-5, 1e6, 4.0)
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
-    found = with_seldom(guess, table(time, place), {"A": np.arange(100.0)})
+    reports = table(time, place)
+    found = with_seldom(guess, reports, {"A": np.arange(100.0)}, reports)
     assert found.sensors["A"].echoes == ()
 
 

@@ -205,3 +205,33 @@ def test_others_in_a_gate_are_counted() -> None:
     others = 300 + 0.95 * N_OBJECTS - 1
     assert crowd(300) == pytest.approx(others * gate / room, rel=0.4)
     assert crowd(30) < crowd(300) / 7.0
+
+
+def reversing(seed: int) -> pl.DataFrame:
+    """Return reports of bacteria that glide, turn back at random, and come and go."""
+    rng, side, count = np.random.default_rng(seed), 250.0, 70
+    place = rng.uniform(-30.0, side + 30.0, (count, 2))
+    heading, step = rng.uniform(0.0, 2.0 * np.pi, count), rng.uniform(1.5, 4.5, count)
+    rows = []
+    for time in range(0, 7200, 60):
+        turn = np.where(rng.random(count) < 1 / 8, np.pi, 0.0)
+        heading = heading + turn + rng.normal(0.0, 0.12, count)
+        place = place + step[:, None] * np.stack([np.cos(heading), np.sin(heading)], axis=1)
+        place = (place + 40.0) % (side + 80.0) - 40.0
+        is_seen = ((place > 0) & (place < side)).all(axis=1) & (rng.random(count) < 0.93)
+        seen = place[is_seen] + rng.normal(0.0, 0.3, (is_seen.sum(), 2))
+        rows += zip([float(time)] * len(seen), *seen.T, np.flatnonzero(is_seen), strict=True)
+    return pl.DataFrame(rows, schema=["time", "x", "y", "target"], orient="row")
+
+
+@pytest.mark.slow
+def test_breaks_that_are_left_speak_of_faster_manoeuvres() -> None:
+    table = reversing(3)
+    result = track(table.drop("target"))
+    ways = result.run["configuration"]["motion"]["imm"]
+    # A step of 3 turned round in 60 s changes the velocity by 0.1.
+    assert 6e-5 < ways["manoeuvring"]["process_noise"] < 2e-3
+    assert ways["quiet"]["process_noise"] < 2e-6
+    found = assignment_quality(table["target"], result.assignments["track"].fill_null(-1)).idf1
+    assert found is not None
+    assert found > 0.9

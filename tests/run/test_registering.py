@@ -319,3 +319,49 @@ def test_of_two_that_only_hear_no_place_is_found():
     found = registered(heard_by_two(named=True, off=50.0), {})
     assert used(found, "translation") == {"adsb": [0.0, 0.0], "other": [0.0, 0.0]}
     assert found.as_record()["doubt"] == "no biases make what the sensors see agree"
+
+
+def road(*, off, apart, seed=1):
+    """Return cars on four lanes under two roadside radars at 5 Hz, one of which is ``off``."""
+    rng, rows = np.random.default_rng(seed), []
+    lanes = np.array([0.0, 3.6, 8.5, 12.1])
+    speed = np.array([24.0, 32.0, -30.0, -22.0])
+    start = [rng.uniform(0.0, 600.0, round(600.0 / apart)) for _ in lanes]
+    for scan in range(125):
+        for k, (name, at) in enumerate((("near", 150.0), ("far", 350.0))):
+            time = 0.2 * scan + 0.1 * k
+            for lane, first in enumerate(start):
+                x = (first + speed[lane] * time) % 600.0
+                x = x[(np.abs(x - at) < 200.0) & (rng.random(x.size) < 0.95)]
+                x, y = x + rng.normal(0.0, 0.6, x.size), rng.normal(lanes[lane], 0.5, x.size)
+                clock = round(time + off * k, 3)
+                rows += [(clock, name, *place) for place in zip(x, y, strict=True)]
+    return pl.DataFrame(rows, ["time", "sensor", "x", "y"], orient="row").sort("time")
+
+
+def clocks_on(roads):
+    table = report_table(roads, load_configuration({}))[0]
+    sensors = registration_of(table, load_configuration({})).as_record()["sensors"]
+    return [own["clock_offset"]["used"] for _, own in sorted(sensors.items())]
+
+
+def test_in_a_crowd_whose_tracks_stand_out_clocks_are_found():
+    # Where a car's next report may be lie five others; where it leads, hardly any.
+    far, near = clocks_on(road(off=0.32, apart=40.0))
+    assert abs(far - near) == pytest.approx(0.32, abs=0.02)
+    assert clocks_on(road(off=0.0, apart=40.0)) == [0.0, 0.0]
+
+
+def test_in_a_crowd_of_which_no_track_stands_out_nothing_is_looked_for():
+    rng = np.random.default_rng(2)
+    place = rng.uniform(0.0, 40.0, (300, 2))
+    rows = []
+    for scan in range(60):
+        place = place + rng.normal(0.0, 0.4, place.shape)
+        for k, name in enumerate(("one", "other")):
+            seen = place + rng.normal(0.0, 1.0, place.shape)
+            rows += [(scan + 0.5 * k, name, *at) for at in seen]
+    table = pl.DataFrame(rows, ["time", "sensor", "x", "y"], orient="row")
+    found = registration_of(report_table(table, load_configuration({}))[0], load_configuration({}))
+    assert found.found is None
+    assert "crowd" in found.doubt

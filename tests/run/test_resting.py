@@ -20,6 +20,8 @@ ALL_TOLD = {
     "lifecycle": {"new_target_density": 1e-11, "initial_target_density": 1e-8},
 }  # fmt: skip
 
+WAITING = {**ALL_TOLD, "motion": {"process_noise": 2.0, "max_speed": 80.0}}
+
 
 def moving(rng: np.random.Generator, speed: float) -> tuple[np.ndarray, np.ndarray]:
     time = np.arange(rng.uniform(0.0, 10.0), 3600.0, 10.0)
@@ -119,6 +121,23 @@ def test_who_comes_to_rest_or_leaves_keeps_its_name():
     assert told is not None
     assert idf1(table, result) > 0.97
     assert len(told["tracks"]) == 5
+
+
+def test_who_waits_in_a_queue_and_goes_on_keeps_its_name():
+    rng, rows = np.random.default_rng(4), []
+    for k in range(10):
+        # Taxi to the holding point, wait beside others, take off.
+        wait, begin = 100.0 + rng.uniform(0.0, 30.0), 60.0 * k
+        since = np.cumsum(1.0 + rng.normal(0.0, 0.05, int(wait + 150.0)))
+        taxied, gone = np.clip(since, 0.0, 90.0), np.clip(since - 90.0 - wait, 0.0, None)
+        x = -9.0 * (90.0 - taxied) + 20.0 * (k % 3)
+        place = np.stack([x + 2.0 * gone, 1.2 * gone**1.5], axis=1)
+        seen = place + rng.normal(0.0, SIGMA, place.shape)
+        rows += [(begin + t, *at, f"aircraft {k}") for t, at in zip(since, seen, strict=True)]
+    table = pl.DataFrame(rows, ["time", "x", "y", "target"], orient="row").sort("time")
+    result = tw.track(table.drop("target"), WAITING)
+    assert result.run["resting"] is None
+    assert idf1(table, result) > 0.85
 
 
 def test_who_moves_slowly_is_left_as_it_was():

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.heard_at_rest import REACH, heard_at_rest
 from trackweave.estimation.refine import Followed, sure_tracks
 from trackweave.estimation.trees import n_within, tree_of
 
@@ -39,6 +40,7 @@ def with_clutter_places(
         return estimates
     sensors = dict(estimates.sensors)
     tracks = [track.rows for track in sure_tracks(estimates, reports, followed)]
+    heard = heard_at_rest(estimates, reports)
     for index, name in enumerate(reports.sensors):
         found, n_scans = sensors.get(name), followed.looks.get(name, np.empty(0)).size
         if found is None or found.scans is False:
@@ -57,6 +59,10 @@ def with_clutter_places(
                 mine = track[own[track]]
                 if mine.size and not strangers.are_near(mine):
                     is_false[mine] = False
+            if len(heard):
+                is_false &= (
+                    n_within(tree_of(heard), reports.measurement, REACH * found.plane_sigma) == 0
+                )
         sensors[name] = _with_places(found, reports.measurement[is_false], n_scans, narrowest)
     return replace(estimates, sensors=sensors)
 

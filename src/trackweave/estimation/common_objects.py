@@ -24,12 +24,12 @@ OTHER_VELOCITY = 0.01
 
 
 class Courses(NamedTuple):
-    """Tracks at common times, shape (tracks, times, …), NaN where a track is not there."""
+    """Tracks at common times, shape (tracks, times, …)."""
 
     time: FloatArray
-    place: FloatArray
-    height: FloatArray
-    slope: FloatArray  # By each bias, (tracks, times, 2, 6)
+    place: FloatArray  # NaN where a track is not there
+    height: FloatArray  # The same
+    slope: FloatArray  # By each bias, (tracks, times, 2, 6), 0 there
     spread: FloatArray  # Variance of a place along an axis [m²], (tracks,)
 
 
@@ -68,7 +68,7 @@ def courses_of(sightings: Sightings, bias: FloatArray) -> Courses:
     n_tracks = len(sightings.rows)
     at = np.full((n_tracks, grid.size, 2), np.nan)
     height = np.full((n_tracks, grid.size), np.nan)
-    slope = np.full((n_tracks, grid.size, 2, N_BIASES), np.nan)
+    slope = np.zeros((n_tracks, grid.size, 2, N_BIASES))
     spread = np.zeros(n_tracks)
     for number, rows in enumerate(sightings.rows):
         own = time[rows]
@@ -97,7 +97,7 @@ def _candidates(courses: Courses, sides: list[IntArray], unknown: FloatArray) ->
     none = np.empty((0, 2), dtype=np.int64)
     if not all(side.size for side in sides):
         return none
-    steepest = [np.nanmax(np.abs(courses.slope[side]), axis=(0, 1, 2)) for side in sides]
+    steepest = [np.abs(courses.slope[side]).max(axis=(0, 1, 2)) for side in sides]
     reach = np.concatenate(steepest) ** 2 @ np.diagonal(unknown)
     wide = reach + sum(2.0 * float(np.quantile(courses.spread[side], 0.9)) for side in sides)
     found = [none]
@@ -127,8 +127,8 @@ def _costs(
     weight = both / count[:, None]
     apart = np.nan_to_num(apart)
     middle = np.einsum("pt,pti->pi", weight, apart)
-    slope = np.concatenate([-courses.slope[first], courses.slope[second]], axis=3)
-    slope = np.einsum("pt,ptib->pib", weight, np.nan_to_num(slope))
+    of_both = [_means(courses.slope, each, weight) for each in (first, second)]
+    slope = np.concatenate([-of_both[0], of_both[1]], axis=2)
     # How the difference changes: velocities that differ.
     when = np.where(both, courses.time - (weight @ courses.time)[:, None], 0.0)
     lasting = np.maximum((when**2).sum(axis=1), 1e-9)
@@ -142,6 +142,16 @@ def _costs(
     higher = np.where(told, climbing, 0.0).sum(axis=1) / np.maximum(told.sum(axis=1), 1)
     cost = squared + np.linalg.slogdet(spread)[1] - 2.0 * np.log(count)
     return np.where((squared < GATE) & (higher < SAME_HEIGHT), cost, np.inf)
+
+
+def _means(of_tracks: FloatArray, tracks: IntArray, weight: FloatArray) -> FloatArray:
+    """Return a mean over times of some tracks, shape (pairs, 2, 6), by weights (pairs, times)."""
+    # Track by track, as copies of all times for each pair would be most of the work in a crowd.
+    found = np.empty((tracks.size, *of_tracks.shape[2:]))
+    order = np.argsort(tracks, kind="stable")
+    for rows in np.split(order, np.flatnonzero(np.diff(tracks[order])) + 1):
+        found[rows] = np.tensordot(weight[rows], of_tracks[tracks[rows[0]]], axes=1)
+    return found
 
 
 def _mutual(pairs: IntArray, cost: FloatArray) -> IntArray:

@@ -58,6 +58,8 @@ UNTOLD = (
 # Between two reports of an object that rests there is at least so much time [s]; it seems to move
 # by so many standard deviations in it, and no other came in so many times as long.
 SHORTEST, RUSHING, NEVER = 1e-6, 3.0, 10.0
+# So many times as exact as it lies about its way nothing is.
+COLLAPSED = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,8 +257,12 @@ def _of_single_object(
         return None
     if scans is False:
         # It reports itself whenever it likes.
-        thread = Threads([rows[single.own]], rows.size)
-        return replace(_kinematic(reports, (index, thread), sigma, False), of_one_object=True)
+        thread = Threads([np.flatnonzero(single.own)], rows.size)
+        found = _kinematic(reports, (index, thread), sigma, False)
+        if sigma is None and COLLAPSED * found.sensor.plane_sigma < single.sigma:
+            # A dozen reports may be explained as well by no noise and a motion that is all noise.
+            found = _kinematic(reports, (index, thread), single.sigma, False)
+        return replace(found, of_one_object=True)
     period = scan_period(np.unique(time))
     looks = time.size if period is None else max(round(float(np.ptp(time)) / period) + 1, 1)
     known = sigma or single.sigma

@@ -18,6 +18,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.along_sight import platform_of
 from trackweave.estimation.directions import components
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
+from trackweave.estimation.heard_at_rest import REACH, heard_at_rest
 from trackweave.estimation.refine import Track
 from trackweave.estimation.trees import all_within, n_within, tree_of
 
@@ -63,7 +64,7 @@ def with_standing(
     # ``places`` are where those stand [m]. Reports are of the whole recording, on the plane, with
     # the number of their scan where it is not their time; ``followed`` is a stretch of them with
     # its sure tracks.
-    sensors = dict(estimates.sensors)
+    sensors, heard = dict(estimates.sensors), heard_at_rest(estimates, reports)
     for name, place in places.items():
         found = sensors.get(name)
         if found is None or not isinstance(found.sigma, tuple):
@@ -77,6 +78,7 @@ def with_standing(
             standing = _of_ranges(
                 found, components(away[:, :2]), _moments(reports, rows), seen_from
             )
+            standing = _unheard(standing, heard, found)
             sensors[name] = _with(found, _in_columns(standing, away))
     return replace(estimates, sensors=sensors)
 
@@ -96,21 +98,31 @@ def with_seldom(
     estimates: Estimates,
     unexplained: ReportTable,
     looks: Mapping[str, FloatArray],
+    reports: ReportTable,
     *,
     at_rest: bool = False,
 ) -> Estimates:
     """Return estimates with the places where sensors report positions again and again."""
-    # ``unexplained`` are the reports on no sure track, ``looks`` when each sensor looked [s]. With
-    # ``at_rest`` they are all, and whatever stands is such a place, however often it is seen.
-    sensors = dict(estimates.sensors)
+    # ``unexplained`` are the ``reports`` on no sure track, ``looks`` when each sensor looked [s].
+    # With ``at_rest`` they are all, and whatever stands is such a place, however often it is seen.
+    sensors, heard = dict(estimates.sensors), heard_at_rest(estimates, reports)
     for index, name in enumerate(unexplained.sensors):
         found, rows = sensors.get(name), np.flatnonzero(unexplained.sensor == index)
         if found is None or found.scans is False or unexplained.dim != 2 or not rows.size:
             continue
         place, moments = unexplained.measurement[rows], _moments(unexplained, rows)
         standing = _of_plane(found, place, moments, looks[name].size, at_rest=at_rest)
-        sensors[name] = _with(found, standing)
+        sensors[name] = _with(found, _unheard(standing, heard, found))
     return replace(estimates, sensors=sensors)
+
+
+def _unheard(standing: _Places, heard: FloatArray, sensor: SensorEstimate) -> _Places:
+    """Return places without those where a sensor sees what reports itself."""
+    return tuple(
+        each
+        for each in standing
+        if not np.any(np.hypot(*(heard - each[:2]).T) < REACH * sensor.plane_sigma)
+    )
 
 
 def _moments(reports: ReportTable, rows: IntArray) -> _Moments:

@@ -29,8 +29,13 @@ FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
 # costs twice the time, and where few break off it gains nothing that joins do not mend.
 LEAST_SHARE, CHANCE_OF_LEARNED = 0.03, 0.1
 TIMES, LEFT, FEWER, DEVIATIONS = 4.0, 0.5, 0.6, 2.0
+# Or it mends so many breaks and such a share of them, each of which leaves one track less, nearly.
+MOST_JOINED, SOME, AS_MANY = 10, 0.3, 0.8
 # Where a trial failed, so many times as many breaks are put to another.
 MANY_MORE = 4
+# Breaks that are left under a second way to move speak of faster manoeuvres if what they speak of
+# is so many times as much; those are put to the trial as well, of so many ways in all.
+AGAIN, MOST_LEARNED = 2.0, 3
 # How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
 SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
@@ -56,6 +61,16 @@ class _Breaks(NamedTuple):
     pause: float  # Usual time from report to report of a track [s]
 
 
+class _Trial(NamedTuple):
+    """What is tried in place of a process noise under which tracks break."""
+
+    doubted: float  # [m²/s³]
+    level: float  # [m²/s³]
+    broken: _Breaks
+    tracks: int
+    pieces: int  # Tracks of any length
+
+
 class MotionDoubts:
     """The process noise of a run, against where its tracks end and begin.
 
@@ -63,38 +78,41 @@ class MotionDoubts:
     run begins again. Where a process noise was told, it takes that of which the reports speak.
     Where it was learned, tracks that broke off in turns could not tell of these: objects change
     then between that of the others and that of which the breaks speak. It goes on so if fewer
-    tracks break; otherwise it begins once more as before.
+    tracks break; otherwise it begins once more as before. Tracks that broke off in the first half
+    of a turn speak of half of it, so those that break still may speak again.
     """
 
     def __init__(self) -> None:
         self._due: float = LINKS
-        self._doubted = self._tried = 0.0
-        self._broken, self._tracks, self._left = _Breaks(0, 0.0, 0.0, 1.0), 0, 0
-        self._pieces = 0  # Tracks of any length
+        self._trial: _Trial | None = None
+        self._used: list[_Trial] = []  # Those that proved right
+        self._tried, self._left = 0.0, 0  # The last trial's process noise, and breaks under it
         self._most = 0  # So many breaks are put to no trial again
-        self._is_told = self._is_on_trial = self._is_used = False
+        self._is_told, self._told = False, 0.0
 
     def applied(self, configuration: Configuration) -> Configuration:
         """Return what the next attempt takes: with another process noise than is doubted."""
-        if not (self._is_on_trial or self._is_used):
+        ways_found = [*self._used, *([self._trial] if self._trial else [])]
+        if not ways_found:
             return configuration
         motion = dict(configuration.table("motion"))
         if self._is_told:
             del motion["process_noise"]
         else:
-            noises = (self._doubted, digits(self._broken.process, 3))
+            first = ways_found[0]
+            noises = (first.doubted, digits(ways_found[-1].level, 3))
             ways = {
                 way: {"model": "constant-velocity", "process_noise": noise}
                 for way, noise in zip(WAYS, noises, strict=True)
             }
-            times = [digits(each * self._broken.pause, 3) for each in SOJOURNS]
+            times = [digits(each * first.broken.pause, 3) for each in SOJOURNS]
             motion["model"] = "imm"
             motion["imm"] = {"models": list(WAYS), "sojourn_time": times, **ways}
         return configuration.changed(motion=motion)
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        if not self._is_used or self._is_told:
+        if not self._used or self._is_told:
             return settings
         own = {key for key in settings.sources if key.startswith("motion.imm.")} | {MODEL}
         return replace(settings, sources={**settings.sources, **dict.fromkeys(own, "estimated")})
@@ -103,68 +121,79 @@ class MotionDoubts:
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
     ) -> bool:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
-        process = _process(settings)
-        if self._is_on_trial and process < max(TIMES * self._doubted, LEAST):
-            return self._settle(is_used=False)
+        process, trial = _process(settings), self._trial
+        if trial is not None and process < max(TIMES * trial.doubted, LEAST):
+            return self._settle(trial, is_right=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
             return False
         case = Case(reports, settings, track, None)
-        if not self._is_on_trial and not _is_open(case):
+        if trial is None and not self._used and not _is_open(case):
             self._due = np.inf
             return False
         found = _breaks(case)
-        if self._is_on_trial:
+        if trial is not None:
             self._tried, self._left = process, found.number
-            most = min(self._broken.number - FEWEST_BREAKS, LEFT * self._broken.number)
-            is_mended = found.number <= most and len(case.groups) <= self._tracks
+            broken = trial.broken.number
+            most = min(broken - FEWEST_BREAKS, LEFT * broken)
+            is_mended = found.number <= most and len(case.groups) <= trial.tracks
             # Where tracks broke into pieces too short to show it, there are far fewer of them.
-            is_whole = not self._is_told and _n_tracks(track) <= FEWER * self._pieces
-            return self._settle(is_used=is_mended or is_whole)
+            is_whole = not self._is_told and _n_tracks(track) <= FEWER * trial.pieces
+            # What is mended makes one track of two, be there breaks by others that come and go.
+            mended = broken - found.number
+            is_joined = not self._is_told and mended >= max(MOST_JOINED, SOME * broken)
+            is_joined &= trial.tracks - len(case.groups) >= AS_MANY * mended
+            return self._settle(trial, is_right=is_mended or is_whole or is_joined)
         self._due = 2 * n_assigned
-        self._is_told = settings.sources.get(KEY) == "file"
+        self._is_told, self._told = settings.sources.get(KEY) == "file", process
+        if not self._is_worth_a_trial(case, found, process):
+            return False
+        level = max(found.process, TIMES * process) if self._used else found.process
+        self._trial = _Trial(process, level, found, len(case.groups), _n_tracks(track))
+        self._due = n_assigned
+        return True
+
+    def _is_worth_a_trial(self, case: Case, found: _Breaks, process: float) -> bool:
+        """Tell whether so many breaks are more than chance, and speak of more than is known."""
         seldom = BY_CHANCE if self._is_told else CHANCE_OF_LEARNED
+        fewest = max(FEWEST_BREAKS, self._most + 1)
         if (
-            found.number == 0
+            found.number < fewest
             or poisson_reaches(found.number, max(found.chance, LEAST_CHANCE)) > seldom
         ):
             return False
-        is_too_little = found.process >= max(TIMES * process, LEAST)
-        fewest = max(FEWEST_BREAKS, self._most + 1)
-        if found.number < fewest or not (self._is_told or is_too_little):
-            return False
-        if self._is_told and _crowd(case) > CROWDED:
-            return False
-        if not self._is_told and found.number < LEAST_SHARE * len(case.groups):
-            return False
-        self._doubted, self._is_on_trial = process, True
-        self._broken, self._tracks, self._due = found, len(case.groups), n_assigned
-        self._pieces = _n_tracks(track)
-        return True
+        if self._is_told:
+            return _crowd(case) <= CROWDED
+        times = AGAIN if self._used else TIMES
+        is_too_little = found.process >= max(times * process, LEAST)
+        return is_too_little and found.number >= LEAST_SHARE * len(case.groups)
 
-    def _settle(self, *, is_used: bool) -> bool:
+    def _settle(self, trial: _Trial, *, is_right: bool) -> bool:
         """End the trial; tell whether to begin again, which what proved right need not."""
+        self._trial = None
+        if is_right:
+            self._used.append(trial)
         # All objects may stop together later on, as a belt does: many more breaks are tried again.
-        is_last = is_used or self._is_told
-        self._is_on_trial, self._is_used = False, is_used
+        is_last = self._is_told or len(self._used) == MOST_LEARNED
         self._due = np.inf if is_last else 2 * self._due
-        self._most = MANY_MORE * self._broken.number
-        return not is_used
+        self._most = 0 if is_right else MANY_MORE * trial.broken.number
+        return not is_right
 
     def findings(self) -> list[Finding]:
         """Return a sentence where another process noise is used than was told."""
-        if not (self._is_used and self._is_told):
+        if not (self._used and self._is_told):
             return []
+        told = self._used[-1]
         return [
             Finding(
                 "process_noise",
                 None,
-                f"{KEY} is told as {self._doubted:g} m²/s³, but with it {self._broken.number} of "
-                f"{self._tracks} tracks break off where another begins, and {self._left} with "
+                f"{KEY} is told as {told.doubted:g} m²/s³, but with it {told.broken.number} of "
+                f"{told.tracks} tracks break off where another begins, and {self._left} with "
                 f"the {self._tried:g} of which reports speak: that is used; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
-                weight=WEIGHT + abs(float(np.log(self._tried / max(self._doubted, LEAST)))),
-                told=self._doubted,
+                weight=WEIGHT + abs(float(np.log(self._tried / max(told.doubted, LEAST)))),
+                told=told.doubted,
                 seen=self._tried,
             )
         ]
@@ -173,8 +202,8 @@ class MotionDoubts:
         """Return what was told, learned and used of a process noise that stood trial."""
         if not (self._tried and self._is_told):
             return []
-        used = self._tried if self._is_used else self._doubted
-        return [{"key": KEY, "told": self._doubted, "learned": self._tried, "used": used}]
+        used = self._tried if self._used else self._told
+        return [{"key": KEY, "told": self._told, "learned": self._tried, "used": used}]
 
 
 def _process(settings: Settings) -> float:

@@ -151,7 +151,7 @@ def estimates_for(
     if directions is None:
         estimates = with_tails(estimates, stretch, followed)
         left = stretch if at_rest else unexplained(estimates, stretch, followed)
-        return with_seldom(estimates, left, followed.looks, at_rest=at_rest)
+        return with_seldom(estimates, left, followed.looks, stretch, at_rest=at_rest)
     told = estimates, (reports, stretch), followed
     directions.kept.keep(asked, arrays, told)
     return _directed(*told, directions, at_rest=at_rest)

@@ -78,6 +78,14 @@ class Resting(NamedTuple):
         return {"places": self.places, "before": self.before, "tracks": [*self.names]}
 
 
+class _Place(NamedTuple):
+    """A place at which several lie."""
+
+    rows: IntArray  # Its reports
+    owner: IntArray  # Whose each of them is
+    sure: FloatArray  # How probable that is
+
+
 NONE = Resting(0, 0, (), (), np.empty(0, dtype=np.int64))
 
 
@@ -105,21 +113,21 @@ def told_apart(
     span = float(time[0]), float(time[-1]), grain_of(time)
     named, probability = track.copy(), assigned.probability[order]
     at_rest, anew = np.zeros((2, time.size), dtype=np.bool_)
-    n_places, next_name = 0, newest + 1
+    shared: list[_Place] = []
     for rows in places_of(time, place, track, sigma):
         at_rest[rows] = True
         extent = float(np.prod(np.ptp(place[rows], axis=0) + 2.0 * sigma))
         berth = Berth(sigma**2, extent, span[0], span[1], span[2])
         owner, gain = parted(time[rows], place[rows], track[rows], berth)
-        if gain < CLEAR or not _are_side_by_side(time[rows], owner):
-            continue
-        names = _names((time, named), rows, owner, next_name)
-        next_name = max(next_name, int(names.max(initial=0)) + 1)
-        named[rows], anew[rows], n_places = names[owner], True, n_places + 1
-        sure = sureness(time[rows], place[rows], owner, berth)
-        probability[rows] = np.where(named[rows] < 0, np.nan, sure)
-    for sense in (1.0, -1.0):
-        _continue(sense * time, place, named, (anew, at_rest, sigma))
+        if gain >= CLEAR and _are_side_by_side(time[rows], owner):
+            shared.append(_Place(rows, owner, sureness(time[rows], place[rows], owner, berth)))
+    named = _named(shared, (time, place, track), (at_rest, sigma), newest)
+    whole = [each for each in shared if not _is_torn(each.rows, track, named)]
+    if len(whole) < len(shared):
+        named = _named(whole, (time, place, track), (at_rest, sigma), newest)
+    for each in whole:
+        anew[each.rows] = True
+        probability[each.rows] = np.where(named[each.rows] < 0, np.nan, each.sure)
     if np.array_equal(named, track):
         return assigned, NONE
     told = np.unique(named[anew & (named >= 0)]).tolist()
@@ -130,9 +138,43 @@ def told_apart(
         and (each > newest or np.ptp(time[named == each]) >= ALWAYS * (span[1] - span[0]))
     )
     n_before = np.unique(track[anew & (track >= 0)]).size
-    found = Resting(n_places, n_before, tuple(told), still, order[anew])
+    found = Resting(len(whole), n_before, tuple(told), still, order[anew])
     back = np.argsort(order, kind="stable")
     return Assigned(named[back], probability[back]), found
+
+
+def _named(
+    places: list[_Place],
+    known: tuple[FloatArray, FloatArray, IntArray],
+    resting: tuple[NDArray[np.bool_], float],
+    newest: int,
+) -> IntArray:
+    """Return the track of each report where those of some places have their owners anew."""
+    # Known are times, positions and tracks as they were; which are at rest, and the noise [m].
+    (time, place, track), (at_rest, sigma) = known, resting
+    named, anew = track.copy(), np.zeros(time.size, dtype=np.bool_)
+    next_name = newest + 1
+    for rows, owner, _ in places:
+        names = _names((time, named), rows, owner, next_name)
+        next_name = max(next_name, int(names.max(initial=0)) + 1)
+        named[rows], anew[rows] = names[owner], True
+    for sense in (1.0, -1.0):
+        _continue(sense * time, place, named, (anew, at_rest, sigma))
+    return named
+
+
+def _is_torn(rows: IntArray, track: IntArray, named: IntArray) -> bool:
+    """Tell whether of most of those that come to a place or leave it no report there is."""
+    # Who waits there for its turn and goes on lies beside nobody: its waits make an object at rest
+    # of several that come one after the other.
+    torn = passing = 0
+    for each in np.unique(track[rows[track[rows] >= 0]]).tolist():
+        elsewhere = np.setdiff1d(np.flatnonzero(track == each), rows)
+        if elsewhere.size < CONFIRMING:
+            continue
+        passing += 1
+        torn += int(not np.isin(named[rows], named[elsewhere]).any())
+    return 2 * torn > passing
 
 
 def _are_side_by_side(time: FloatArray, owner: IntArray) -> bool:

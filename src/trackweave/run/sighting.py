@@ -33,8 +33,9 @@ FASTEST_ON_GROUND = 60.0
 WIDER = 1.5
 # How exact places are before tracks tell it: a share of the way from scan to scan.
 ROUGH = 0.15
-# With so many unrelated reports where an object's next may be, tracks are torn and mixed.
-CROWDED = 0.3
+# With so many unrelated reports where an object's next may be, tracks are torn and mixed, unless
+# they leave so little noise that there are no more than that within so many deviations of it.
+CROWDED, DEVIATIONS = 0.3, 3.0
 CROWD = "no tracks of one sensor stand out, as in a crowd"
 NO_HEIGHT = (
     "objects are faster than on the ground, and no report tells how high they are (height_m), so "
@@ -91,12 +92,12 @@ def tracks_of(
     looking = [index for index in chosen if index not in heard]
     positions = replace(reports, measurement=place, scan=scan, kinds=(), space=0)
     fastest = configuration.said("motion", "max_speed") or _fastest(positions, looking, heard)
-    if fastest is None or any(
-        _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
-        > CROWDED
-        for i in looking
-    ):
+    if fastest is None:
         return CROWD
+    strangers = {
+        i: _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
+        for i in looking
+    }
     for index, number in heard.items():
         periods[index] = _pace(reports.time, number)
     periods[np.isnan(periods)] = np.nanmin(periods)
@@ -117,7 +118,13 @@ def tracks_of(
         for index, own in zip(chosen, rows, strict=True)
     ]  # fmt: skip
     track[np.concatenate(rows)] = tracks_apart(found)
-    return replace(geometry, track=track, period=periods), fastest
+    seen = replace(geometry, track=track, period=periods)
+    crowded = [index for index, number in strangers.items() if number > CROWDED]
+    if crowded and not _stand_out(
+        seen, {i: strangers[i] / (fastest * periods[i]) ** 2 for i in crowded}
+    ):
+        return CROWD
+    return seen, fastest
 
 
 def hearing(
@@ -262,6 +269,22 @@ def _crowd(place: FloatArray, scan: IntArray, reach_of_one: float) -> float:
         return 0.0
     per_scan = len(place) / np.unique(scan).size
     return per_scan * np.pi * reach_of_one**2 / covered_by(place, reach_of_one)
+
+
+def _stand_out(seen: Sightings, strangers: Mapping[int, float]) -> bool:
+    """Tell whether tracks lie beside the way of their own far less than others do."""
+    # ``strangers`` are how many unrelated reports of a scan lie in a disc of 1 m about an object,
+    # by sensor. Tracks that go from one object to the next leave about as much as these are apart.
+    known = seen.part(seen.track >= 0)
+    for index, number in strangers.items():
+        own = known.track_sensor == index
+        if not own.any():
+            return False
+        along, across = np.nanmedian(known.track_sigma[own], axis=0)
+        across *= np.median(known.distance[known.sensor == index])
+        if not number * DEVIATIONS**2 * along * across <= CROWDED:
+            return False
+    return True
 
 
 def _flies_without_height(reports: ReportTable, seen: Sightings) -> NDArray[np.bool_]:
