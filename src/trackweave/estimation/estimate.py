@@ -258,11 +258,11 @@ def _of_single_object(
     if scans is False:
         # It reports itself whenever it likes.
         thread = Threads([np.flatnonzero(single.own)], rows.size)
-        found = _kinematic(reports, (index, thread), sigma, False)
-        if sigma is None and COLLAPSED * found.sensor.plane_sigma < single.sigma:
+        heard = _kinematic(reports, (index, thread), sigma, False)
+        if sigma is None and COLLAPSED * heard.sensor.plane_sigma < single.sigma:
             # A dozen reports may be explained as well by no noise and a motion that is all noise.
-            found = _kinematic(reports, (index, thread), single.sigma, False)
-        return replace(found, of_one_object=True)
+            heard = _kinematic(reports, (index, thread), single.sigma, False)
+        return replace(heard, of_one_object=True)
     period = scan_period(np.unique(time))
     looks = time.size if period is None else max(round(float(np.ptp(time)) / period) + 1, 1)
     known = sigma or single.sigma

@@ -98,6 +98,8 @@ _NEARBY_M = 1_000.0
 _STEEPEST = 1e-3
 # No aircraft flies higher [m], but many fly as many feet high.
 _HIGHEST_M = 20_000.0
+# An object whose reports jump by so much is torn [m].
+_JUMP_M = 100.0
 # Sensors that see so far [m] stand no nearer to each other, unless they are one mast's, beside
 # which coordinates count from: those of others are degrees.
 _FAR_M, _APART_M, _BESIDE_M = 1_000.0, 2.0, 3.0
@@ -219,9 +221,16 @@ def _notes_on_ranges(name: str, slant: FloatArray, height: FloatArray | None) ->
     missing = int(np.isnan(height).sum())
     notes = []
     if missing:
+        told = ~np.isnan(height) & (np.abs(height) < slant)
+        level = np.sqrt(slant[told] ** 2 - height[told] ** 2)
+        jump = float(np.median(slant[told] - level)) if told.any() else 0.0
+        torn = (
+            f"; an object that tells its height at times jumps by {jump:.0f} m (median) between "
+            "both: leave height_m out where many do"
+        )
         notes.append(
             f"sensor {name}: {missing} of {height.size} rows have no height (height_m); their "
-            "ranges are taken for distances on the ground"
+            f"ranges are taken for distances on the ground{torn if jump > _JUMP_M else ''}"
         )
     above = int(np.sum(np.abs(height) > slant))
     if above:
