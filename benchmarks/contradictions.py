@@ -12,6 +12,8 @@ from text_tables import command, heading, table
 
 from trackweave import track
 
+KEYS, NONE = {"clock_offset": "clock", "translation": "offset"}, {"used": 0.0}
+
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
@@ -80,7 +82,10 @@ def causes_of(made: Scene, *, is_told: bool, show: bool = False) -> list[str]:
               f"{time.process_time() - begin:.1f} s")  # fmt: skip
         for each in result.run["diagnostics"][:4]:
             print("       ", each["cause"], "|", each["sentence"])
-    return [each["cause"] for each in result.run["diagnostics"]]
+    # What was found of a sensor before the run, and taken out, is said before anything else.
+    known = (result.run["registration"] or {}).get("sensors", {}).values()
+    taken = [KEYS[key] for own in known for key in KEYS if np.any(own.get(key, NONE)["used"])]
+    return [*taken, *(each["cause"] for each in result.run["diagnostics"])]
 
 
 if __name__ == "__main__":

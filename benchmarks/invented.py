@@ -14,13 +14,14 @@ from invented_scenes import NOBODY
 from invented_scenes import SCENES as FIRST_SCENES
 from invented_sea import SEA
 from invented_together import TOGETHER
+from invented_waits import WAITS
 from joins import judged
 from text_tables import command, heading, table
 
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
-SCENES = FIRST_SCENES | SEA | GROUND | NAMED | TOGETHER
+SCENES = FIRST_SCENES | SEA | GROUND | NAMED | TOGETHER | WAITS
 HEAD = [
     "scene",
     "seed",

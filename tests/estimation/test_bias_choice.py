@@ -50,6 +50,15 @@ def test_a_clock_is_wrong_rather_where_more_is_wrong():
     np.testing.assert_allclose(mean[:2, CLOCK], 0.5, atol=0.1)
 
 
+def test_a_clock_that_is_off_by_far_is_no_reason_to_doubt_the_others():
+    # Shared among all, 10 s would cost less beside a usual second.
+    true = np.zeros((3, N_BIASES))
+    true[1, CLOCK] = 10.0
+    is_free, mean = explained(true)
+    assert is_free[:, CLOCK].tolist() == [False, True, False]
+    assert mean[1, CLOCK] == pytest.approx(10.0, abs=0.2)
+
+
 def test_of_two_clocks_that_differ_the_first_is_believed():
     true = np.zeros((2, N_BIASES))
     true[0, CLOCK] = 0.5

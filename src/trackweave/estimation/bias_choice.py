@@ -41,6 +41,21 @@ def chosen(
     """Return the explanation to believe."""
     # ``matrix`` and ``vector`` are of the normal equations about no bias, ``prior`` the standard
     # deviations beforehand, and only biases that ``may`` be there are looked at; all raveled.
+    found = _likeliest(matrix, vector, prior, may)
+    mean = conditional(matrix, vector, prior, found.is_free)[0]
+    largest = np.abs(mean).reshape(-1, N_BIASES).max(axis=0)
+    wider = np.maximum(prior.reshape(-1, N_BIASES), largest).ravel()
+    if np.array_equal(wider, prior):
+        return found
+    # A bias far larger than usual would cost less if several sensors shared it: once there is one,
+    # others of its size are no surprise.
+    return _likeliest(matrix, vector, wider, may)
+
+
+def _likeliest(
+    matrix: FloatArray, vector: FloatArray, prior: FloatArray, may: NDArray[np.bool_]
+) -> Explanation:
+    """Return the explanation of the greatest evidence, the simplest of those alike."""
     n_sensors = may.size // N_BIASES
     if n_sensors <= MOST_EXHAUSTIVE:
         sets = [s for k in range(n_sensors + 1) for s in combinations(range(n_sensors), k)]

@@ -34,8 +34,8 @@ WIDER = 1.5
 # How exact places are before tracks tell it: a share of the way from scan to scan.
 ROUGH = 0.15
 # With so many unrelated reports where an object's next may be, tracks are torn and mixed, unless
-# they leave so little noise that there are no more than that within so many deviations of it.
-CROWDED, DEVIATIONS = 0.3, 3.0
+# they leave so little noise that there are hardly any within so many deviations of it.
+CROWDED, DEVIATIONS, HARDLY = 0.3, 3.0, 0.1
 CROWD = "no tracks of one sensor stand out, as in a crowd"
 NO_HEIGHT = (
     "objects are faster than on the ground, and no report tells how high they are (height_m), so "
@@ -76,7 +76,7 @@ def tracks_of(
 ) -> tuple[Sightings, float] | str:
     """Return all reports, those in tracks of one sensor with their numbers, others with -1."""
     # Besides the greatest speed [m/s]; or why nothing is clear. Of many reports a part is looked
-    # at unless ``every`` one is.
+    # at unless ``every`` one is, which in a crowd none is.
     geometry = _geometry(reports, configuration, chosen)
     outward = np.stack([np.sin(geometry.azimuth), np.cos(geometry.azimuth)], axis=1)
     place = geometry.centre + np.where(
@@ -120,6 +120,8 @@ def tracks_of(
     track[np.concatenate(rows)] = tracks_apart(found)
     seen = replace(geometry, track=track, period=periods)
     crowded = [index for index, number in strangers.items() if number > CROWDED]
+    if crowded and every:
+        return CROWD
     if crowded and not _stand_out(
         seen, {i: strangers[i] / (fastest * periods[i]) ** 2 for i in crowded}
     ):
@@ -282,7 +284,7 @@ def _stand_out(seen: Sightings, strangers: Mapping[int, float]) -> bool:
             return False
         along, across = np.nanmedian(known.track_sigma[own], axis=0)
         across *= np.median(known.distance[known.sensor == index])
-        if not number * DEVIATIONS**2 * along * across <= CROWDED:
+        if not number * DEVIATIONS**2 * along * across <= HARDLY:
             return False
     return True
 

@@ -13,7 +13,7 @@ pytestmark = pytest.mark.slow
 SCENES = contradictions()
 # All of them, and more seeds, are `python benchmarks/contradictions.py`.
 SOME = (
-    "one clock 10 s ahead", "one radar 500 m off", "one radar's x and y exchanged",
+    "one radar's x and y exchanged",
     "all in kilometres", "one radar's azimuths in radians", "sigma ÷ 100", "P_D ÷ 10",
     "clutter ÷ 10", "max_speed ÷ 10", "process noise ÷ 30", "a field of view too short",
     "one radar mirrored", "one radar's reports copied", "max_speed × 30",
@@ -31,6 +31,22 @@ def test_names_what_is_wrong_first(name: str) -> None:
     run = record_of(made, made.told)
     assert run["diagnostics"][0]["cause"] in wrong.causes
     assert run["notes"][0] == run["diagnostics"][0]["sentence"]
+
+
+@pytest.mark.parametrize(
+    ("name", "key", "wrong"),
+    [
+        ("one clock 10 s ahead", "clock_offset", 10.0),
+        ("one radar 500 m off", "translation", 500.0),
+    ],
+)
+def test_takes_out_what_is_wrong_with_one_sensor_alone(name: str, key: str, wrong: float) -> None:
+    made = SCENES.CONTRADICTIONS[name].spoil(SCENES.scene(1))
+    run = record_of(made, made.told)
+    sensors = run["registration"]["sensors"]
+    used = {each: np.linalg.norm(own[key]["used"]) for each, own in sensors.items()}
+    assert sorted(used.values()) == [0.0, 0.0, pytest.approx(wrong, rel=0.05)]
+    assert key in run["notes"][0]
 
 
 @pytest.mark.parametrize("polar", [False, True])
