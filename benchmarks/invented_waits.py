@@ -66,15 +66,15 @@ def queue(rng: np.random.Generator) -> pl.DataFrame:
     """Return aircraft that report each second: they taxi, wait at a holding point, take off."""
     rows = []
     for one in range(12):
-        wait, time = rng.uniform(80.0, 140.0), MINUTE * one + rng.uniform(0.0, 10.0)
-        begun, spot = time, 40.0 * (one % 3)
+        wait, time = rng.uniform(100.0, 130.0), MINUTE * one
+        begun, spot = time, 20.0 * (one % 3)
         while time < begun + wait + 150.0:
             taxied = min(time - begun, 90.0)
             gone = max(time - begun - 90.0 - wait, 0.0)
             place = np.array(
                 [spot - 9.0 * (90.0 - taxied) + 2.0 * gone, min(1.2 * gone**1.5, 4e3)]
             )
-            rows.append((time, *(place + rng.normal(0.0, [5.0, 3.5])), f"o{one}"))
+            rows.append((time, *(place + rng.normal(0.0, 5.0, 2)), f"o{one}"))
             time += 1.0 + rng.normal(0.0, 0.05)
     return by_time(rows, ["time", "x", "y", "target"])
 

@@ -31,10 +31,11 @@ def heard_at_rest(estimates: Estimates, reports: ReportTable) -> FloatArray:
 
     Returns
     -------
-    Places [m], shape (places, 2).
+    Places [m], shape (places, 2); none where no sensor looks.
     """
     places = []
-    for name, sensor in estimates.sensors.items():
+    looks = any(sensor.scans is not False for sensor in estimates.sensors.values())
+    for name, sensor in estimates.sensors.items() if looks else ():
         rows = np.flatnonzero(reports.sensor == reports.sensors.index(name))
         if sensor.scans is not False or rows.size < FEWEST:
             continue
@@ -45,9 +46,9 @@ def heard_at_rest(estimates: Estimates, reports: ReportTable) -> FloatArray:
         for row in np.argsort(-count, kind="stable"):
             if count[row] < FEWEST:
                 break
-            own = all_within(tree, place[[row]], near)[0]
             if not is_free[row]:
                 continue
+            own = all_within(tree, place[[row]], near)[0]
             is_free[own] = False
             stays = np.ptp(time[own]) >= LASTING * np.ptp(reports.time)
             if stays and count[row] >= OWN * around[row]:

@@ -30,7 +30,7 @@ FEWEST_BREAKS, BY_CHANCE, LEAST_CHANCE = 2, 0.01, 0.1
 LEAST_SHARE, CHANCE_OF_LEARNED = 0.03, 0.1
 TIMES, LEFT, FEWER, DEVIATIONS = 4.0, 0.5, 0.6, 2.0
 # Or it mends so many breaks and such a share of them, each of which leaves one track less, nearly.
-MOST_JOINED, SOME, AS_MANY = 10, 0.3, 0.8
+FEWEST_JOINED, SOME, AS_MANY = 10, 0.3, 0.8
 # Where a trial failed, so many times as many breaks are put to another.
 MANY_MORE = 4
 # Breaks that are left under a second way to move speak of faster manoeuvres if what they speak of
@@ -141,7 +141,7 @@ class MotionDoubts:
             is_whole = not self._is_told and _n_tracks(track) <= FEWER * trial.pieces
             # What is mended makes one track of two, be there breaks by others that come and go.
             mended = broken - found.number
-            is_joined = not self._is_told and mended >= max(MOST_JOINED, SOME * broken)
+            is_joined = not self._is_told and mended >= max(FEWEST_JOINED, SOME * broken)
             is_joined &= trial.tracks - len(case.groups) >= AS_MANY * mended
             return self._settle(trial, is_right=is_mended or is_whole or is_joined)
         self._due = 2 * n_assigned
