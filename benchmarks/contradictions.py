@@ -12,7 +12,7 @@ from text_tables import command, heading, table
 
 from trackweave import track
 
-KEYS, NONE = {"clock_offset": "clock", "translation": "offset"}, {"used": 0.0}
+CAUSES, NONE = {"clock_offset": "clock", "translation": "offset"}, {"used": 0.0}
 
 
 def main() -> None:
@@ -84,7 +84,7 @@ def causes_of(made: Scene, *, is_told: bool, show: bool = False) -> list[str]:
             print("       ", each["cause"], "|", each["sentence"])
     # What was found of a sensor before the run, and taken out, is said before anything else.
     known = (result.run["registration"] or {}).get("sensors", {}).values()
-    taken = [KEYS[key] for own in known for key in KEYS if np.any(own.get(key, NONE)["used"])]
+    taken = [CAUSES[key] for own in known for key in CAUSES if np.any(own.get(key, NONE)["used"])]
     return [*taken, *(each["cause"] for each in result.run["diagnostics"])]
 
 

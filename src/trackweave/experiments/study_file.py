@@ -122,13 +122,17 @@ class _ScenarioSection(Section):
     file: Annotated[
         str, Key("the path of a scenario file"), "A scenario file, simulated with each seed."
     ]
-    scene: Annotated[dict, Key("a table with the keys of a scenario file"), "The keys of one."]  # type: ignore[type-arg]
+    scene: Annotated[
+        dict[str, Any],
+        Key("a table with the keys of a scenario file"),
+        "The keys of a scenario file.",
+    ]
     reports: Annotated[
         str, Key("the path of a file of reports"), "A recording, of any format that is read."
     ]
     truth: Annotated[str, Key("the path of a file of truth"), "Its truth."]
     pieces: Annotated[int, COUNT, "Parts of equal time that are tracked by themselves."]
-    sweep: Annotated[dict, Key("a table of keys"), "Lists or ranges of values, by key."]  # type: ignore[type-arg]
+    sweep: Annotated[dict[str, Any], Key("a table of keys"), "Lists or ranges of values, by key."]
 
     @staticmethod
     def rule(values: Mapping[str, Any]) -> str | None:
@@ -148,8 +152,12 @@ class _ConfigurationSection(Section):
 
     file: Annotated[str, Key("the path of a configuration file"), "A configuration file."]
     preset: Annotated[str, Key("the name of a preset"), "A preset, as of `track --preset`."]
-    set: Annotated[dict, Key("a table with the keys of a configuration"), "Keys over these."]  # type: ignore[type-arg]
-    sweep: Annotated[dict, Key("a table of keys"), "Lists or ranges of values, by key."]  # type: ignore[type-arg]
+    set: Annotated[
+        dict[str, Any],
+        Key("a table with the keys of a configuration"),
+        "Keys over those of the file.",
+    ]
+    sweep: Annotated[dict[str, Any], Key("a table of keys"), "Lists or ranges of values, by key."]
 
 
 class _ScenariosSection(Section, entries=_ScenarioSection):

@@ -34,7 +34,7 @@ FEWEST_JOINED, SOME, AS_MANY = 10, 0.3, 0.8
 # Where a trial failed, so many times as many breaks are put to another.
 MANY_MORE = 4
 # Breaks that are left under a second way to move speak of faster manoeuvres if what they speak of
-# is so many times as much; those are put to the trial as well, of so many ways in all.
+# is so many times as much; those are put to the trial as well, until so many proved right.
 AGAIN, MOST_LEARNED = 2.0, 3
 # How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
 SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
@@ -134,16 +134,7 @@ class MotionDoubts:
         found = _breaks(case)
         if trial is not None:
             self._tried, self._left = process, found.number
-            broken = trial.broken.number
-            most = min(broken - FEWEST_BREAKS, LEFT * broken)
-            is_mended = found.number <= most and len(case.groups) <= trial.tracks
-            # Where tracks broke into pieces too short to show it, there are far fewer of them.
-            is_whole = not self._is_told and _n_tracks(track) <= FEWER * trial.pieces
-            # What is mended makes one track of two, be there breaks by others that come and go.
-            mended = broken - found.number
-            is_joined = not self._is_told and mended >= max(FEWEST_JOINED, SOME * broken)
-            is_joined &= trial.tracks - len(case.groups) >= AS_MANY * mended
-            return self._settle(trial, is_right=is_mended or is_whole or is_joined)
+            return self._settle(trial, is_right=self._is_better(trial, case, found))
         self._due = 2 * n_assigned
         self._is_told, self._told = settings.sources.get(KEY) == "file", process
         if not self._is_worth_a_trial(case, found, process):
@@ -152,6 +143,22 @@ class MotionDoubts:
         self._trial = _Trial(process, level, found, len(case.groups), _n_tracks(track))
         self._due = n_assigned
         return True
+
+    def _is_better(self, trial: _Trial, case: Case, found: _Breaks) -> bool:
+        """Tell whether tracks broke less in a trial than before."""
+        broken, n_tracks = trial.broken.number, len(case.groups)
+        most = min(broken - FEWEST_BREAKS, LEFT * broken)
+        if found.number <= most and n_tracks <= trial.tracks:
+            return True
+        if self._is_told:
+            return False
+        # Where tracks broke into pieces too short to show it, there are far fewer of them. What is
+        # mended makes one track of two, be there breaks by others that come and go.
+        mended = broken - found.number
+        return _n_tracks(case.track) <= FEWER * trial.pieces or (
+            mended >= max(FEWEST_JOINED, SOME * broken)
+            and trial.tracks - n_tracks >= AS_MANY * mended
+        )
 
     def _is_worth_a_trial(self, case: Case, found: _Breaks, process: float) -> bool:
         """Tell whether so many breaks are more than chance, and speak of more than is known."""

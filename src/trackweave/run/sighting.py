@@ -98,6 +98,9 @@ def tracks_of(
         i: _crowd(place[reports.sensor == i], scan[reports.sensor == i], fastest * periods[i])
         for i in looking
     }
+    crowded = [index for index, number in strangers.items() if number > CROWDED]
+    if crowded and every:
+        return CROWD
     for index, number in heard.items():
         periods[index] = _pace(reports.time, number)
     periods[np.isnan(periods)] = np.nanmin(periods)
@@ -119,9 +122,6 @@ def tracks_of(
     ]  # fmt: skip
     track[np.concatenate(rows)] = tracks_apart(found)
     seen = replace(geometry, track=track, period=periods)
-    crowded = [index for index, number in strangers.items() if number > CROWDED]
-    if crowded and every:
-        return CROWD
     if crowded and not _stand_out(
         seen, {i: strangers[i] / (fastest * periods[i]) ** 2 for i in crowded}
     ):
@@ -281,6 +281,8 @@ def _stand_out(seen: Sightings, strangers: Mapping[int, float]) -> bool:
     for index, number in strangers.items():
         own = known.track_sensor == index
         if not own.any():
+            return False
+        if np.isnan(known.track_sigma[own]).all():
             return False
         along, across = np.nanmedian(known.track_sigma[own], axis=0)
         across *= np.median(known.distance[known.sensor == index])
