@@ -1,6 +1,7 @@
 """What is told of the process noise, and what becomes of it where tracks break off."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -235,3 +236,17 @@ def test_breaks_that_are_left_speak_of_faster_manoeuvres() -> None:
     found = assignment_quality(table["target"], result.assignments["track"].fill_null(-1)).idf1
     assert found is not None
     assert found > 0.9
+
+
+@pytest.mark.parametrize(
+    ("left", "groups", "is_better"), [(31, 89, True), (31, 105, False), (45, 103, False)]
+)
+def test_many_that_are_mended_count_though_others_come_and_go(
+    left: int, groups: int, is_better: bool
+) -> None:
+    # Cars come onto a road near where others leave it: half of the breaks never go.
+    broken = motion_check._Breaks(55, 4.0, 500.0, 0.2)
+    trial = motion_check._Trial(0.006, 500.0, broken, tracks=113, pieces=118)
+    case: Any = SimpleNamespace(groups=[None] * groups, track=np.arange(groups + 3))
+    doubts = motion_check.MotionDoubts()
+    assert doubts._is_better(trial, case, broken._replace(number=left)) is is_better
