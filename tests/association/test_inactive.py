@@ -1,11 +1,15 @@
 """Where components may be seen, and what waiting costs them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from oracles.windows import WIDE, Windows
 from trackweave.association import inactive
+from trackweave.association._gating import most_moved
 from trackweave.association._inactive import Whereabouts, concerned, label_families, locate
+from trackweave.association._nodes import bare
 from trackweave.association.inactive import InactiveClusters
 from trackweave.association.tree import AssociationTree
 from trackweave.association.window_rule import without_reports
@@ -92,7 +96,7 @@ def test_growing_sequences_stay_in_their_circle(seed):
     tree = window.tree()
     label, motion = np.zeros(tree.n_families, dtype=np.int64), window.rule.motion
     begin, horizon = window.times[-1], 5.0
-    known = locate(tree.nodes, tree.n_nodes, label, 1, begin, horizon, motion, None)
+    known = locate(tree.nodes, np.arange(tree.n_nodes), label, 1, begin, horizon, motion, None)
     mean, covariance = np.empty(4), np.empty((4, 4))
     for after in (0.0, 1.0, 3.0, 5.0):
         share = after / horizon
@@ -127,6 +131,34 @@ def test_comes_back_as_it_was_and_older(monkeypatch, seed):
     assert (tree.n_nodes, aside.n_nodes) == (same.n_nodes, 0)
     assert sorted(tree.track.tolist()) == sorted(same.track.tolist())
     _assert_same(tree, same)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_what_stays_is_what_a_scan_may_see_of_all_sequences(monkeypatch, seed):
+    monkeypatch.setattr(inactive, "LITTLE", 0)
+    rng, window = np.random.default_rng(seed), Windows(seed, n_known=12)
+    apart = [np.concatenate([rng.normal(scale=600.0, size=2), np.zeros(2)]) for _ in range(12)]
+    window.known = [
+        replace(known, mean=known.mean + offset)
+        for known, offset in zip(window.known, apart, strict=True)
+    ]
+    tree, last = window.tree(), window.inputs()[0][-1]
+    aside = InactiveClusters(window.rule, 4.0)
+    aside.exchange(tree, last, 0.0)
+    low = rng.uniform(50.0, 400.0)
+    view = FieldOfView(tuple(rng.uniform(-600.0, 600.0, 2)), low, 2.0 * low)
+    scan = nowhere(last, 1.0)._replace(coverage=view.coverage())
+    nodes, n = tree.nodes, tree.n_nodes
+    slots, place = tree.slots()
+    label, count = label_families(nodes.family, place, n, slots.shape[0], tree.n_families)
+    motion = window.rule.motion
+    known = locate(nodes, np.arange(n), label, count, last.time, 4.0, motion, None)
+    slack = float(most_moved(bare(scan), motion.max_speed))
+    told = concerned(known, count, scan.coverage, scan.reference, 4.0, slack)
+    assert 0 < np.count_nonzero(told) < count
+    expected = np.sort(nodes.mean[:n, 0][told[label[nodes.family[:n]]]], axis=0)
+    aside.exchange(tree, scan, 0.0)
+    assert np.array_equal(np.sort(tree.nodes.mean[: tree.n_nodes, 0], axis=0), expected)
 
 
 def _assert_same(tree, same):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from estimation.test_estimate import scene
 from run.test_turning_radars import RADARS, sky
 from trackweave.config import load_configuration
 from trackweave.run import refining
@@ -18,6 +19,25 @@ def test_nothing_is_known_at_first_nor_of_other_reports_or_questions():
     assert kept.known(("told",), (time.copy(),)) == (1, 2, 3)
     assert kept.known(("other",), (time,)) is None
     assert kept.known(("told",), (time + 1.0,)) is None
+
+
+@pytest.mark.parametrize(
+    ("told", "is_again"),
+    [
+        ({"motion": {"process_noise": 0.3}}, False),
+        ({"sensors": {"A": {"detection_probability": 0.7}}}, False),
+        ({"sensors": {"A": {"sigma": 12.0}}}, True),
+    ],
+)
+def test_what_reports_tell_alone_is_found_out_once(monkeypatch, told, is_again):
+    found, calls, kept = refining.estimate, [], Kept()
+    monkeypatch.setattr(refining, "estimate", lambda *a: calls.append(1) or found(*a))
+    reports, nothing = scene(n_scans=12), load_configuration(None)
+    configuration = load_configuration(told)
+    refining.estimates_for(reports, nothing, kept=kept)
+    shared = refining.estimates_for(reports, configuration, kept=kept)
+    assert len(calls) == 1 + is_again
+    assert shared == refining.estimates_for(reports, configuration)
 
 
 @pytest.mark.slow

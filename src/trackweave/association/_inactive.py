@@ -64,7 +64,7 @@ def label_families(
 @jit
 def locate(
     nodes: Nodes,
-    n_nodes: int,
+    rows: IntArray,
     label: IntArray,
     n_labels: int,
     time: float,
@@ -72,14 +72,15 @@ def locate(
     motion: MotionRule,
     general: State | None,
 ) -> Whereabouts:
-    """Return where the growing sequences of each component are from a time to a horizon after."""
-    size = nodes.mean.shape[2]
+    """Return where the growing ones of some nodes are, by component, until a horizon after."""
+    size, n_nodes = nodes.mean.shape[2], rows.shape[0]
     center, radius = np.zeros((2, n_labels, 2)), np.full(n_labels, -math.inf)
     place, reach = np.empty((2, n_nodes, 2)), np.empty((2, n_nodes))
     count = np.zeros(n_labels)
     moved, predicted = np.empty(size), np.empty((size, size))
     is_straight = motion.kind.shape[0] == 1 and motion.kind[0] == CONSTANT_VELOCITY
-    for node in range(n_nodes):
+    for index in range(n_nodes):
+        node = rows[index]
         if nodes.tail[node] == math.inf:
             continue
         own = label[nodes.family[node]]
@@ -94,24 +95,25 @@ def locate(
             else:
                 move_state(nodes, node, then, motion, general, moved, predicted)
                 spread = predicted[0, 0] + predicted[1, 1]
-            reach[step, node] = SPREADS * math.sqrt(max(spread, 0.0))
+            reach[step, index] = SPREADS * math.sqrt(max(spread, 0.0))
             for axis in range(2):
-                place[step, node, axis] = moved[axis]
+                place[step, index, axis] = moved[axis]
                 center[step, own, axis] += moved[axis]
     for own in range(n_labels):
         for step in range(2):
             for axis in range(2):
                 center[step, own, axis] /= max(count[own], 1.0)
-    for node in range(n_nodes):
+    for index in range(n_nodes):
+        node = rows[index]
         if nodes.tail[node] == math.inf or nodes.is_line[node] == 1:
             continue
         own = label[nodes.family[node]]
         for step in range(2):
             apart = math.hypot(
-                place[step, node, 0] - center[step, own, 0],
-                place[step, node, 1] - center[step, own, 1],
+                place[step, index, 0] - center[step, own, 0],
+                place[step, index, 1] - center[step, own, 1],
             )
-            radius[own] = max(radius[own], apart + reach[step, node])
+            radius[own] = max(radius[own], apart + reach[step, index])
     return Whereabouts(np.full(n_labels, time), center[0], center[1], radius)
 
 

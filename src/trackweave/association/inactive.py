@@ -219,21 +219,28 @@ class InactiveClusters:
         nodes, n = tree.nodes, tree.n_nodes
         slots, place = tree.slots()
         label, count = label_families(nodes.family, place, n, slots.shape[0], tree.n_families)
-        known = locate(
-            nodes, n, label, count, self._last_time, self._horizon, self._rule.motion, tree.general
-        )
-        is_over = ~self._concerned(known, scans)
+        own = label[nodes.family[:n]]
+        # What a scan may see of one sequence it may see of the component: that is most of those
+        # that grow, and saves asking where all their sequences are.
+        growing = np.flatnonzero(nodes.tail[:n] != math.inf)
+        example = np.full(count, -1, dtype=np.int64)
+        example[own[growing]] = growing
+        known = self._located(tree, example[example >= 0], label, count)
+        seen = self._concerned(known, scans)
+        rows = np.flatnonzero(~seen[own])
+        known = self._located(tree, rows, label, count)
+        is_over = ~(seen | self._concerned(known, scans))
         if not is_over.any():
             return
         chosen = np.flatnonzero(nodes.chosen[:n])
         cost = np.zeros(count)
-        np.add.at(cost, label[nodes.family[chosen]], tree.totals()[chosen])
+        np.add.at(cost, own[chosen], tree.totals()[chosen])
         n_put = int(is_over.sum())
-        rows = _in_order(label[nodes.family[:n]], is_over)
+        rows = _in_order(own, is_over)
         family = _in_order(label, is_over)
         put = _Components(
             first=np.empty(0, dtype=np.int64),
-            count=np.bincount(label[nodes.family[:n]], minlength=count)[is_over],
+            count=np.bincount(own, minlength=count)[is_over],
             first_family=np.empty(0, dtype=np.int64),
             n_families=np.bincount(label, minlength=count)[is_over],
             living=np.full(n_put, self._living),
@@ -246,7 +253,14 @@ class InactiveClusters:
         put.first_family = self.families.track.shape[0] + _starts(put.n_families)
         self._store(nodes, rows, family, put)
         self.families = joined(self.families, part_of(tree.families, family))
-        tree.keep(~is_over[label[nodes.family[:n]]])
+        tree.keep(~is_over[own])
+
+    def _located(
+        self, tree: AssociationTree, rows: IntArray, label: IntArray, count: int
+    ) -> Whereabouts:
+        """Return where some nodes of a tree are from the last scan on, by component."""
+        begin, horizon, motion = self._last_time, self._horizon, self._rule.motion
+        return locate(tree.nodes, rows, label, count, begin, horizon, motion, tree.general)
 
     def _store(self, nodes: Nodes, rows: IntArray, family: IntArray, put: _Components) -> None:
         """Copy nodes of a tree behind those held."""

@@ -7,15 +7,17 @@ import numpy as np
 __all__ = ["Kept"]
 
 
-# A run asks with its reports, without those heard twice, and again in its next attempt.
-MOST = 4
+# A run asks for two things, with its reports, without those heard twice, and again in its next
+# attempt.
+MOST = 8
 
 
 class Kept:
-    """What stretches told in the last attempts, and what it depended on.
+    """What reports and stretches of them told in the last attempts, and what it depended on.
 
-    Noise of ranges and azimuths that is told counts only afterwards, and what is told of motion
-    only where no noise is: where that alone is on trial, nothing has to be followed again.
+    First estimates need reports and their noise only. Noise of ranges and azimuths that is told
+    counts only afterwards, and what is told of motion only where no noise is: where that alone is
+    on trial, nothing has to be followed again.
     """
 
     def __init__(self) -> None:

@@ -24,7 +24,7 @@ from trackweave.estimation.lone import middle_of
 from trackweave.estimation.lone_values import AS_TOLD, NOT_SCANNING, seldomer
 from trackweave.estimation.threads import Threads
 from trackweave.run.kept import Kept
-from trackweave.run.refining import estimates_for
+from trackweave.run.refining import Looking, estimates_for
 from trackweave.run.stretches import Stretch, Tracked, middle_part
 
 __all__ = ["likelier", "told_by_tracks"]
@@ -158,7 +158,8 @@ def told_by_tracks(
     ):
         return estimates
     # Of a pack, one report after the other seems to come of one object at which a sensor looks.
-    lone = estimates_for(reports, configuration, None, dict.fromkeys(reports.sensors, False))
+    looking = Looking(dict.fromkeys(reports.sensors, False))
+    lone = estimates_for(reports, configuration, None, looking, kept)
     if lone is None or lone.sensors.keys() != estimates.sensors.keys():
         return estimates
     lone = replace(lone, notes=tuple(note.replace(AS_TOLD, "") for note in lone.notes))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,9 @@ from trackweave.run.kept import Kept
 from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_of
 from trackweave.run.views import are_bearings, with_reach, with_views
+
+if TYPE_CHECKING:
+    from trackweave.run.directed import Directions
 
 __all__ = [
     "azimuth_of",
@@ -137,24 +140,19 @@ def settle(
     if len(table) and needs_estimates(configuration, reports.sensors):
         # A complete configuration takes nothing of what estimates.
         from trackweave.run.likelier import told_by_tracks
-        from trackweave.run.refining import Directions, estimates_for
+        from trackweave.run.refining import Looking, estimates_for
 
-        directions = None
-        if any(not seen.measurement.is_position for seen in observed.values()):
-            platform = platforms_of(reports, places)
-            sigmas = _told_sigmas(configuration, observed)
-            directions = Directions(reports, platform, places, observed, sigmas, kept or Kept())
+        directions = _directions(reports, configuration, observed, places)
         told = _of_positions(configuration, observed)
         scanning = {
             name: scans
             for name in reports.sensors
             if (scans := _is_known_to_scan(reports, configuration, name, rotations)) is not None
         }
-        turning = rotations if len(rotations) > 1 else {}
-        estimates = estimates_for(table, told, directions, scanning, turning)
-        estimates = _as_placed(
-            told_by_tracks(estimates, table, told, kept or Kept(), scanning), unplaced
-        )
+        kept = kept or Kept()
+        looking = Looking(scanning, rotations if len(rotations) > 1 else {})
+        estimates = estimates_for(table, told, directions, looking, kept)
+        estimates = _as_placed(told_by_tracks(estimates, table, told, kept, scanning), unplaced)
     elif are_bearings(observed) and needs_estimates(configuration, reports.sensors):
         from trackweave.run.bearings_alone import estimates_of_bearings
 
@@ -198,6 +196,21 @@ def _plane_in_words(reports: ReportTable) -> str:
         more = ", …" if len(told) > _MOST_SHOWN else ""
         words += f". The recording tells that of {', '.join(told[:_MOST_SHOWN])}{more}"
     return words
+
+
+def _directions(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, Sequence[float]],
+) -> "Directions | None":
+    """Return what is measured otherwise than as positions, None for nothing."""
+    from trackweave.run.directed import Directions
+
+    if all(seen.measurement.is_position for seen in observed.values()):
+        return None
+    sigmas = _told_sigmas(configuration, observed)
+    return Directions(reports, platforms_of(reports, places), places, observed, sigmas)
 
 
 def _told_sigmas(
