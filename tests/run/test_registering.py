@@ -352,6 +352,12 @@ def test_in_a_crowd_whose_tracks_stand_out_clocks_are_found():
     assert clocks_on(road(off=0.0, apart=40.0)) == [0.0, 0.0]
 
 
+@pytest.mark.parametrize(("off", "apart", "seed"), [(0.32, 35.0, 3), (0.7, 30.0, 2)])
+def test_clocks_so_far_off_that_other_cars_are_nearer_are_found(off, apart, seed):
+    far, near = clocks_on(road(off=off, apart=apart, seed=seed))
+    assert abs(far - near) == pytest.approx(off, abs=0.02)
+
+
 def test_in_a_crowd_of_which_no_track_stands_out_nothing_is_looked_for():
     rng = np.random.default_rng(2)
     place = rng.uniform(0.0, 40.0, (300, 2))

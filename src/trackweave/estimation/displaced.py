@@ -5,19 +5,14 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.estimation.common_objects import Courses, courses_of
+from trackweave.estimation.moving_alike import moving_alike, usual_reach
 from trackweave.estimation.sightings import EAST, N_BIASES, NORTH, Sightings
 from trackweave.estimation.trees import n_within, tree_of
 
 __all__ = ["displaced"]
 
-# Two tracks are compared that are there together at so many times, and may be of one object where
-# their difference drifts by no more than so many standard deviations.
-FEWEST_TIMES, DRIFT = 4, 4.0
-# Objects at rest drift as all others at rest do: one moves by so many deviations at least.
-MOVED = 4.0
-# So many pairs differ by the same way, within so many deviations, and so many times as many as
-# differ by any other.
-FEWEST, WITHIN, TIMES = 6, 4.0, 2.0
+# So many pairs differ by the same way, and so many times as many as differ by any other.
+FEWEST, TIMES = 6, 2.0
 MOST_TRACKS = 300
 """So many of the longest tracks of either side are compared."""
 
@@ -27,7 +22,7 @@ def displaced(sightings: Sightings, may: NDArray[np.bool_]) -> FloatArray:
     # Only those of whom both numbers ``may`` be other than told, shape (sensors, 6).
     found = np.zeros((sightings.n_sensors, N_BIASES))
     courses = courses_of(sightings, found)
-    reach = WITHIN * float(np.sqrt(2.0 * np.median(courses.spread)))
+    reach = usual_reach(courses)
     for sensor in np.unique(sightings.track_sensor)[::-1].tolist():
         if not may[sensor, [EAST, NORTH]].all():
             continue
@@ -52,7 +47,7 @@ def _displacement(
             np.flatnonzero(track_sensor != sensor),
         )
     )
-    apart = [_apart(courses, first, others) for first in own.tolist()]
+    apart = [moving_alike(courses, first, others)[0] for first in own.tolist()]
     every = np.concatenate([*apart, np.empty((0, 2))])
     if len(every) < FEWEST:
         return None
@@ -63,22 +58,3 @@ def _displacement(
     if count.max() < max(FEWEST, TIMES * rest):
         return None
     return np.asarray(np.median(every[away <= reach], axis=0))
-
-
-def _apart(courses: Courses, first: int, others: IntArray) -> FloatArray:
-    """Return how far a track lies from those of others that move as it does, (pairs, 2) [m]."""
-    apart = courses.place[first] - courses.place[others]
-    both = np.isfinite(apart[:, :, 0])
-    count = both.sum(axis=1)
-    enough = count >= FEWEST_TIMES
-    apart, both, count = np.nan_to_num(apart[enough]), both[enough], count[enough]
-    weight = both / np.maximum(count, 1)[:, None]
-    when = np.where(both, courses.time - (weight @ courses.time)[:, None], 0.0)
-    lasting = np.maximum((when**2).sum(axis=1), 1e-9)
-    drift = np.einsum("pt,pti->pi", when, apart) / lasting[:, None]
-    place = np.nan_to_num(courses.place[others[enough]])
-    speed = np.einsum("pt,pti->pi", when, np.where(both[:, :, None], place, 0.0))
-    noise = (courses.spread[first] + courses.spread[others[enough]]) / lasting
-    moves = ((speed / lasting[:, None]) ** 2).sum(axis=1) > MOVED**2 * noise
-    alike = (drift**2).sum(axis=1) < DRIFT**2 * noise
-    return np.asarray(np.einsum("pt,pti->pi", weight, apart)[moves & alike])

@@ -15,6 +15,7 @@ from trackweave.estimation.bias_equations import (
     pieces_of,
     weights_of,
 )
+from trackweave.estimation.clocks_apart import clocks_apart
 from trackweave.estimation.common_objects import objects_of
 from trackweave.estimation.displaced import displaced
 from trackweave.estimation.sightings import (
@@ -98,10 +99,12 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
     moved[:, [EAST, NORTH]] = sightings.is_polar[:, None]
     moved &= may
     agreed = _agreed(sightings, may & ~moved, fastest)
+    if isinstance(agreed, str) and (start := clocks_apart(sightings, may))[0].any():
+        agreed = _agreed(sightings, may & ~moved, fastest, start)
     if moved.any() and _is_in_doubt(agreed, sightings, moved):
         # Near by it is found as other biases are, far off by the ways of objects.
-        for start in (np.zeros(may.shape), displaced(sightings, moved)):
-            elsewhere = _agreed(sightings, may, fastest, start)
+        for far in (np.zeros(may.shape), displaced(sightings, moved)):
+            elsewhere = _agreed(sightings, may, fastest, (far, np.inf))
             if not isinstance(elsewhere, str) and _stands_elsewhere(elsewhere, moved):
                 agreed = elsewhere
                 break
@@ -148,16 +151,17 @@ def _agreed(
     sightings: Sightings,
     may: NDArray[np.bool_],
     fastest: float,
-    start: FloatArray | None = None,
+    start: tuple[FloatArray, FloatArray | float] | None = None,
 ) -> _Agreed | str:
     """Return objects and biases that agree, or why none do."""
-    # Association and biases by turns: at first as uncertain as beforehand, about a ``start``,
-    # then as known.
+    # Association and biases by turns: at first as uncertain as beforehand, then as known. A
+    # ``start`` is about which biases, and how far off these are at most.
     usual = _prior(sightings, fastest)
-    bias = np.zeros(may.shape) if start is None else start
+    bias, sure = (np.zeros(may.shape), np.inf) if start is None else start
     prior = np.maximum(usual, np.abs(bias))
     precision, covariance = (
-        np.where(may, 1.0 / each**2, PINNED / each**2).ravel() for each in (prior, usual)
+        np.where(may, 1.0 / each**2, PINNED / each**2).ravel()
+        for each in (prior, np.minimum(usual, sure))
     )
     covariance = np.diag(1.0 / covariance)
     objects, longer = None, 1.0
