@@ -14,6 +14,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import digits
 from trackweave.models.motion import ConstantVelocity, Imm
 from trackweave.run.diagnostics import Case, Finding
+from trackweave.run.diagnostics.case import SURE_HITS
 
 __all__ = ["MotionDoubts"]
 
@@ -36,6 +37,8 @@ MANY_MORE = 4
 # Breaks that are left under a second way to move speak of faster manoeuvres if what they speak of
 # is so many times as much; those are put to the trial as well, until so many proved right.
 AGAIN, MOST_LEARNED = 2.0, 3
+# So do those that a trial leaves which mends too little: it is stepped up so often.
+MOST_STEPS = 2
 # How long objects keep on and manoeuvre, in usual pauses, and what these two ways are called.
 SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # A break: no later than so many of the track's usual pauses after its end, and no earlier before
@@ -43,6 +46,9 @@ SOJOURNS, WAYS = (20.0, 5.0), ("quiet", "manoeuvring")
 # of the ends of the recording may go on beyond it.
 AFTER, BEFORE, CUT = 5.0, 3.0, 8.0
 SIGMAS = 6.0
+# Within one long turn tracks are short: one of the two has to be beyond doubt, the other has so
+# many reports.
+SHORTEST = 3
 # With so many other reports in a gate tracks break for their neighbours' sake; more noise bridges
 # that as well, and speaks of nothing.
 CROWDED, GATE = 0.3, 4.0
@@ -69,6 +75,7 @@ class _Trial(NamedTuple):
     broken: _Breaks
     tracks: int
     pieces: int  # Tracks of any length
+    steps: int = 0  # How often it was stepped up
 
 
 class MotionDoubts:
@@ -134,7 +141,10 @@ class MotionDoubts:
         found = _breaks(case)
         if trial is not None:
             self._tried, self._left = process, found.number
-            return self._settle(trial, is_right=self._is_better(trial, case, found))
+            is_right = self._is_better(trial, case, found)
+            return (not is_right and self._is_stepped_up(trial, found)) or self._settle(
+                trial, is_right=is_right
+            )
         self._due = 2 * n_assigned
         self._is_told, self._told = settings.sources.get(KEY) == "file", process
         if not self._is_worth_a_trial(case, found, process):
@@ -148,14 +158,15 @@ class MotionDoubts:
         """Tell whether tracks broke less in a trial than before."""
         broken, n_tracks = trial.broken.number, len(case.groups)
         most = min(broken - FEWEST_BREAKS, LEFT * broken)
-        if found.number <= most and n_tracks <= trial.tracks:
+        n_pieces = _n_tracks(case.track)
+        if found.number <= most and (n_tracks <= trial.tracks or n_pieces < trial.pieces):
             return True
         if self._is_told:
             return False
         # Where tracks broke into pieces too short to show it, there are far fewer of them. What is
         # mended makes one track of two, be there breaks by others that come and go.
         mended = broken - found.number
-        return _n_tracks(case.track) <= FEWER * trial.pieces or (
+        return n_pieces <= FEWER * trial.pieces or (
             mended >= max(FEWEST_JOINED, SOME * broken)
             and trial.tracks - n_tracks >= AS_MANY * mended
         )
@@ -174,6 +185,14 @@ class MotionDoubts:
         times = AGAIN if self._used else TIMES
         is_too_little = found.process >= max(times * process, LEAST)
         return is_too_little and found.number >= LEAST_SHARE * len(case.groups)
+
+    def _is_stepped_up(self, trial: _Trial, found: _Breaks) -> bool:
+        """Tell whether a trial goes on with the more of which breaks speak that it left."""
+        is_more = found.number >= FEWEST_BREAKS and found.process >= AGAIN * trial.level
+        if self._is_told or not is_more or trial.steps == MOST_STEPS:
+            return False
+        self._trial = trial._replace(level=found.process, steps=trial.steps + 1)
+        return True
 
     def _settle(self, trial: _Trial, *, is_right: bool) -> bool:
         """End the trial; tell whether to begin again, which what proved right need not."""
@@ -237,9 +256,10 @@ def _is_open(case: Case) -> bool:
 
 def _breaks(case: Case) -> _Breaks:
     """Return how many tracks end where another begins, and of what process noise they speak."""
-    groups = [own for own in case.groups if np.isfinite(case.position[own]).all()]
+    groups = [own for own in case.tracks_of(SHORTEST) if np.isfinite(case.position[own]).all()]
     if len(groups) < FEWEST_BREAKS:
         return _Breaks(0, 0.0, 0.0, 1.0)
+    is_sure = np.array([own.size >= SURE_HITS for own in groups])
     time, place = case.reports.time, case.position
     ends, begins = (np.array([own[k] for own in groups]) for k in (-1, 0))
     pause = np.array([np.median(np.diff(time[own])) for own in groups])
@@ -250,6 +270,7 @@ def _breaks(case: Case) -> _Breaks:
     late = time[begins][None, :] - time[ends][:, None]
     fits = (late <= AFTER * pause[:, None]) & (late >= -BEFORE * pause[:, None])
     fits &= is_end[:, None] & is_begin[None, :] & ~np.eye(len(groups), dtype=bool)
+    fits &= is_sure[:, None] | is_sure[None, :]
     own = max((case.plane_sigma(i) for i in case.examined if case.tells_place(i)), default=0.0)
     fastest = np.maximum(speed[:, None], speed[None, :])
     reach = SIGMAS * own + fastest * (np.abs(late) + pause[:, None])

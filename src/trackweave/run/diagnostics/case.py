@@ -14,7 +14,7 @@ from trackweave.domain.tracks import CONFIRMED, TrackTable
 from trackweave.models.sensors import Sensor
 from trackweave.run.polar_to_cartesian import placed, platforms_of
 
-__all__ = ["Case", "Check", "Finding", "Path"]
+__all__ = ["SURE_HITS", "Case", "Check", "Finding", "Path"]
 
 # A track of so many reports is beyond doubt, and so many tracks tell enough.
 SURE_HITS, MOST_PATHS, MOST_SENSORS = 6, 300, 16
@@ -131,12 +131,16 @@ class Case:
 
     @cached_property
     def groups(self) -> tuple[IntArray, ...]:
-        """The rows of each track of some reports, by time; the tracks with the most first."""
+        """The rows of each track beyond doubt, by time; the tracks with the most first."""
+        return self.tracks_of(SURE_HITS)
+
+    def tracks_of(self, fewest: int) -> tuple[IntArray, ...]:
+        """Return the rows of each track of so many reports, as ``groups`` does."""
         rows = np.flatnonzero(self.track >= 0)
         rows = rows[np.argsort(self.track[rows], kind="stable")]
         ends = np.flatnonzero(np.diff(self.track[rows])) + 1
         groups = sorted(np.split(rows, ends), key=lambda group: -group.size)
-        return tuple(group for group in groups[:MOST_PATHS] if group.size >= SURE_HITS)
+        return tuple(group for group in groups[:MOST_PATHS] if group.size >= fewest)
 
     def _paths(self) -> Iterator[Path]:
         history = self.history
