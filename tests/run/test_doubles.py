@@ -11,6 +11,7 @@ import pytest
 
 import trackweave as tw
 from cli.conftest import Run, run  # noqa: F401 the fixture
+from service.recordings import turning_radar
 from trackweave.config import load_configuration
 from trackweave.config.fill import fill
 from trackweave.domain.reports import ReportTable
@@ -97,6 +98,36 @@ def test_without_scans_copies_come_within_two_seconds_of_the_first() -> None:
     assert firsts(table) == [("2", "1"), ("3", "1"), ("5", "4")]
     since_1970 = table.with_columns(pl.col("time") + 1.7e9 + 0.1)
     assert firsts(since_1970) == [("2", "1"), ("3", "1"), ("5", "4")]
+
+
+def test_under_a_turning_beam_copies_come_within_a_part_of_its_turn() -> None:
+    """A network brings them later; what stands still comes again with the next turn."""
+    rows = [
+        (turn * 4.0 + azimuth / 90.0, 5e3 + 10.0 * turn * azimuth, azimuth)
+        for turn in range(40)
+        for azimuth in (0.0, 45.0, 120.0, 200.0)
+    ]
+    frame = pl.DataFrame(rows, ["time", "range_m", "azimuth_deg"], orient="row")
+    again = frame[[9, 10, 11]].with_columns(pl.col("time") + pl.Series([0.004, 1.9, 2.3]))
+    beam = {"measurement": "range-azimuth", "position": [0.0, 0.0], "rotation": "clockwise"}
+    own = {**SENSOR, "sigma": {"range_m": 10.0, "azimuth_deg": 0.06}, "scan_period": 4.0, **beam}
+    assert firsts(pl.concat([frame, again]), {**REST, "sensors": {"default": own}}) == [
+        ("161", "10"), ("162", "11")
+    ]  # fmt: skip
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("told", [None, {}], ids=["told", "nothing told"])
+def test_what_two_networks_bring_of_a_radar_changes_no_track(told: dict[str, Any] | None) -> None:
+    """Nor are copies pieces, of objects that would be kilometres long."""
+    frame, configuration = turning_radar(n_aircraft=12)
+    config = configuration if told is None else told
+    later = np.random.default_rng(5).uniform(0.001, 0.4, frame.height)
+    again = frame.with_columns(pl.col("time") + later).gather_every(5)
+    plain, found = tw.track(frame, config), tw.track(pl.concat([frame, again]), config)
+    assert found.run["totals"]["doubles"] == len(again)
+    assert found.run["totals"]["pieces"] == 0
+    assert found.tracks.equals(plain.tracks)
 
 
 @pytest.mark.parametrize(

@@ -93,6 +93,14 @@ def paused_turns(seed: int = 7) -> tuple[pl.DataFrame, dict[str, Any]]:
     return turning_radar(seed, n_aircraft=14)
 
 
+def turns_heard_twice(seed: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return what two networks bring of the same radar, some of it up to half a second later."""
+    frame, configuration = turning_radar(seed)
+    later = np.random.default_rng(seed).uniform(0.001, 0.5, frame.height)
+    again = frame.with_columns(pl.col("time") + later).gather_every(3)
+    return pl.concat([frame, again]).sort("time", maintain_order=True), configuration
+
+
 def turning_radar(seed: int = 6, n_aircraft: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
     """Return what a radar whose beam turns sees of aircraft; two turns are empty."""
     rng, rows, period, phase = np.random.default_rng(seed), [], 4.0, 1.0
@@ -128,4 +136,5 @@ ALL = {
     "positions": positions, "paused": paused, "lone reports": lone_reports,
     "named reports": named_reports, "named beside a radar": named_beside_radar,
     "turning radar": turning_radar, "paused turns": paused_turns,
+    "turns heard twice": turns_heard_twice,
 }  # fmt: skip

@@ -11,19 +11,23 @@ from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config.fill import Settings
+from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.trees import tree_of
+from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.scans import scan_ends
 
 __all__ = [
     "Doubles",
     "doubles_of",
+    "heard_once",
     "is_astray",
     "is_lone",
     "note_on_astray",
     "note_on_lone",
+    "repeats_within",
     "with_doubles",
 ]
 
@@ -116,8 +120,9 @@ def note_on_astray(reports: ReportTable, astray: NDArray[np.bool_]) -> list[str]
 
 # What is told beside a measurement: copies may tell less than the first.
 BESIDE = ("sigma", "strength", "height")
-# Where nothing scans, receivers stamp what they hear within so many seconds, but for rounding.
-WITHIN_S = 2.0 + 1e-6
+# Where nothing scans, receivers stamp what they hear within so many seconds, but for rounding. A
+# beam that turns is elsewhere for such a part of its turn: what is said again comes by a network.
+WITHIN_S, PART_OF_TURN = 2.0 + 1e-6, 0.5
 
 Settled: TypeAlias = tuple[Settings, Estimates | None]
 Settling: TypeAlias = Callable[[ReportTable], Settled]
@@ -130,6 +135,13 @@ class Doubles:
     reports: ReportTable
     # Row of the report of which each is a copy, its own where it is none, shape (reports,).
     first: IntArray
+    turning: frozenset[str] = frozenset()  # Sensors whose beam turns, by name
+
+    @cached_property
+    def is_turning(self) -> NDArray[np.bool_]:
+        """Whether each report is of a sensor whose beam turns."""
+        names = self.reports.sensors
+        return np.array([name in self.turning for name in names])[self.reports.sensor]
 
     @cached_property
     def copies(self) -> IntArray:
@@ -184,10 +196,10 @@ class Doubles:
         sentence = (
             f"{self.copies.size:,} of {len(self.reports):,} reports are heard twice: the same "
             "numbers of one sensor at one time or in one scan, or within 2 s where it has no "
-            "scans; each counts once, and copies have the track of the first"
+            "scans or its beam turns; each counts once, and copies have the track of the first"
         )
-        time = self.reports.time
-        if self.reports.scan is None and np.any(time[self.copies] > time[self.first[self.copies]]):
+        later = self.reports.time[self.copies] > self.reports.time[self.first[self.copies]]
+        if self.reports.scan is None and np.any(later & ~self.is_turning[self.copies]):
             sentence += (
                 ". What rests and is reported anew without noise within 2 s counts as heard twice "
                 "too; if the sensor looks, give scans = true"
@@ -198,33 +210,51 @@ class Doubles:
 def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled]:
     """Return which reports are copies: equal numbers of one sensor, at one time or soon after."""
     # Of a sensor that scans, copies are of one time, or of one scan where scans are numbered: what
-    # stands still repeats itself from scan to scan. Of one that does not scan, a report is a copy
-    # of the first of the same numbers within two seconds. The first is the earliest, or the
-    # earlier row. ``settle`` fills a configuration's gaps from reports without copies.
-    nobody = np.zeros(len(reports.sensors), dtype=np.bool_)
-    same = Doubles(reports, _first_heard(reports, ~nobody))
+    # stands still repeats itself from scan to scan. Of one that does not scan, or whose beam
+    # turns, a report is a copy of the first of the same numbers within two seconds. The first is
+    # the earliest, or the earlier row. ``settle`` fills a configuration's gaps from reports
+    # without copies.
+    at_once = np.zeros(len(reports.sensors))
+    same = Doubles(reports, _first_heard(reports, at_once))
     settled = settle(same.once)
-    if reports.scan is not None or np.array_equal(_first_heard(reports, nobody), same.first):
+    most = np.full_like(at_once, WITHIN_S)
+    if reports.scan is not None or np.array_equal(_first_heard(reports, most), same.first):
         return same, settled
-    by_name = {sensor.name: _scans(sensor) for sensor in settled[0].sensors}
-    scanning = np.array([by_name[name] for name in reports.sensors])
-    near = Doubles(reports, _first_heard(reports, scanning))
+    sensors = {sensor.name: sensor for sensor in settled[0].sensors}
+    within = np.array([repeats_within(sensors[name]) for name in reports.sensors])
+    turning = frozenset(name for name, each in sensors.items() if each.rotation is not None)
+    near = Doubles(reports, _first_heard(reports, within), turning)
     if near.copies.size == same.copies.size:
         return same, settled
     return near, settle(near.once)
 
 
-def _scans(sensor: Sensor) -> bool:
-    """Tell whether a sensor scans, so that what stands still repeats itself."""
-    return sensor.scans is not False
+def heard_once(reports: ReportTable, observed: Mapping[str, ObservedSensor]) -> IntArray:
+    """Return the rows of reports but for copies, where no more than beams is known."""
+    turns = [observed[name].rotation for name in reports.sensors]
+    within = np.array([0.0 if turn is None else _within_turn(turn) for turn in turns])
+    return np.unique(_first_heard(reports, within))
 
 
-def _first_heard(reports: ReportTable, scanning: NDArray[np.bool_]) -> IntArray:
+def _within_turn(rotation: Rotation) -> float:
+    return min(WITHIN_S, PART_OF_TURN * rotation.period)
+
+
+def repeats_within(sensor: Sensor) -> float:
+    """Return for how long the same numbers of a sensor are one report heard twice [s]."""
+    if sensor.rotation is not None:
+        return _within_turn(sensor.rotation)
+    # From scan to scan what stands still repeats itself.
+    return 0.0 if sensor.scans is not False else WITHIN_S
+
+
+def _first_heard(reports: ReportTable, within_s: FloatArray) -> IntArray:
     """Return the row of the first of equal reports for each, its own where it is the first."""
+    # By sensor, those within so many seconds of the first.
     what = _same_numbers(reports)
     moment = reports.look
     order = np.lexsort((moment, what))
-    within = np.where(scanning, 0.0, WITHIN_S)[reports.sensor[order]]
+    within = within_s[reports.sensor[order]]
     moment = moment[order]
     near = (np.diff(what[order]) == 0) & (np.diff(moment) <= within[1:])
     head = np.arange(len(reports))

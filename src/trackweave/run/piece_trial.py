@@ -46,6 +46,9 @@ OWN_SHAPE = 12
 RARER = 10.0
 # Pieces lie about their objects within such a part of how far a sensor sees them all.
 MOST_OF_VIEW = 0.35
+# Nor is a report that is farther off its track's way, in deviations, one that noise explains: what
+# is no object jumps from one to the next of those that it takes in.
+FARTHEST = 5.0
 # They scatter by such a part of the extent at least.
 LEAST = 0.01
 
@@ -283,7 +286,7 @@ def _gain_of_own_noise(reports: ReportTable, track: IntArray, sigma: FloatArray)
         off /= (np.sqrt(1.0 + share**2 + (1.0 - share) ** 2) * sigma[reports.sensor[own[1:-1]]])[
             :, None
         ]
-        square = max(float(np.mean(off**2)), LEAST**2)
+        square = max(float(np.mean(np.minimum(off**2, FARTHEST**2))), LEAST**2)
         gain += max(0.5 * off.size * (square - 1.0 - math.log(square)) - math.log(off.size), 0.0)
     return gain
 

@@ -10,10 +10,12 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.config import Configuration
 from trackweave.config.fill import Settings, needs_estimates
+from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.models.measurements import NO_PLATFORM, to_position
+from trackweave.run.doubles import heard_once
 from trackweave.run.observing import observe
 from trackweave.run.scans import with_turns
 
@@ -122,19 +124,21 @@ def pieces_in(reports: ReportTable, configuration: Configuration, *, looks: bool
     is_open = looks and needs_estimates(configuration, reports.sensors)
     if not (is_told or is_open):
         return Pieces(reports, configuration, np.arange(len(reports)))
-    look = _looks(reports, configuration)
+    seen = observe(reports, configuration)
+    look = _looks(reports, seen)
     if is_open:
         # A complete configuration takes nothing of what estimates.
         from trackweave.run.piece_trial import likeliest_extent
 
-        extent, chosen = likeliest_extent(reports, look, configuration)
+        # What comes twice over a network is no second piece, but would make any extent likely.
+        heard = heard_once(reports, seen)
+        extent, chosen = likeliest_extent(reports.part(heard), look[heard], configuration)
         configuration = with_extent(configuration, chosen, extent)
     return replace(pieces_of(reports, look, configuration), learned=tuple(chosen))
 
 
-def _looks(reports: ReportTable, configuration: Configuration) -> IntArray | FloatArray:
+def _looks(reports: ReportTable, seen: Mapping[str, ObservedSensor]) -> IntArray | FloatArray:
     """Return the number of each report's look: its turn where a beam turns, or scan or time."""
-    seen = observe(reports, configuration)
     turning = {name: each.rotation for name, each in seen.items() if each.rotation is not None}
     turns = with_turns(reports, turning)
     return reports.look if turns is None else turns

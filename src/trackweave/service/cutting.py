@@ -18,6 +18,7 @@ from trackweave.domain.scans import Scan
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.batches import Batch
+from trackweave.run.doubles import repeats_within
 from trackweave.run.scans import FULL, LAST, MOST_MISSING, N_SECTORS, Sectors, missing_times
 from trackweave.service.blocks import (
     Block,
@@ -30,8 +31,6 @@ from trackweave.service.blocks import (
 
 __all__ = ["Cutter", "SensorCut"]
 
-WITHIN_S = 2.0 + 1e-6
-"""A sensor that does not scan repeats within so many seconds what it has said [s]."""
 MISSED = 1.5
 """So many periods after the last scan the next is missed, where nothing is waited for."""
 EARLY = -np.inf
@@ -52,6 +51,8 @@ class SensorCut:
     rotation: Rotation | None
     scans: bool
     """Whether what stands still is reported anew at each scan."""
+    within: float
+    """For how long it may repeat what it has said [s]."""
     kind: MeasurementKind | ForeignKind
     extent: float
     """How far each of several reports of one object is from the next at most [m]."""
@@ -74,7 +75,7 @@ class SensorCut:
     platform: tuple[float, FloatArray] | None = None
     """When and where it was last, where its reports say so."""
     recent: dict[bytes, float] = field(default_factory=dict)
-    """What a sensor without scans has said last, and when first."""
+    """What a sensor that may repeat itself has said last, and when first."""
 
     @classmethod
     def of(cls, sensor: Sensor, place: int, dim: int) -> "SensorCut":
@@ -82,12 +83,12 @@ class SensorCut:
         width = sensor.measurement.n_components(dim)
         return cls(
             sensor.name, place, width, sensor.scan_period, sensor.rotation,
-            sensor.scans is not False, sensor.measurement, sensor.extent,
+            sensor.scans is not False, repeats_within(sensor), sensor.measurement, sensor.extent,
         )  # fmt: skip
 
     def feed(self, block: Block) -> None:
         """Take reports in."""
-        if not self.scans:
+        if self.within > 0.0:
             block = self._heard_once(block)
         if not len(block.time):
             return
@@ -286,17 +287,17 @@ class SensorCut:
         return self._end(int(np.floor(now)))
 
     def _heard_once(self, block: Block) -> Block:
-        """Return reports without those that say within two seconds what was said before."""
+        """Return reports without those that say again what was said a moment before."""
         kept, order = [], np.argsort(block.time, kind="stable").tolist()
         keys = keys_of(block)
         for row in order:
             time = float(block.time[row])
             first = self.recent.get(keys[row])
-            if first is None or not 0.0 <= time - first <= WITHIN_S:
+            if first is None or not 0.0 <= time - first <= self.within:
                 self.recent[keys[row]] = time
                 kept.append(row)
-        newest = float(block.time.max(initial=EARLY))
-        self.recent = {key: time for key, time in self.recent.items() if time >= newest - WITHIN_S}
+        since = float(block.time.max(initial=EARLY)) - self.within
+        self.recent = {key: time for key, time in self.recent.items() if time >= since}
         return block if len(kept) == len(order) else block.at(np.asarray(kept, dtype=np.int64))
 
 
