@@ -250,3 +250,55 @@ def test_many_that_are_mended_count_though_others_come_and_go(
     case: Any = SimpleNamespace(groups=[None] * groups, track=np.arange(groups + 3))
     doubts = motion_check.MotionDoubts()
     assert doubts._is_better(trial, case, broken._replace(number=left)) is is_better
+
+
+def circuits(seed: int) -> pl.DataFrame:
+    """Return what a radar sees of four that fly straight, and of one that turns at times."""
+    rng, rows = np.random.default_rng(seed), []
+    for one in range(5):
+        place, heading = rng.uniform(-2.5e4, 2.5e4, 2), rng.uniform(0.0, 2.0 * np.pi)
+        speed, rate, wait = (105.0 if one == 4 else rng.uniform(150.0, 250.0)), 0.0, 100.0
+        ways = np.empty((610, 2))
+        for second in range(610):
+            wait -= 1.0
+            if one == 4 and wait < 0.0:
+                rate = 0.0 if rate else np.radians(rng.uniform(1.5, 3.0))
+                wait = np.pi / 2.0 / rate if rate else rng.uniform(20.0, 90.0)
+            heading += rate
+            place = place + speed * np.array([np.sin(heading), np.cos(heading)])
+            ways[second] = place
+        for turn in np.flatnonzero(rng.random(150) < 0.97):
+            time = 4.0 * turn
+            for _ in range(3):
+                east, north = (np.interp(time, np.arange(610), axis) for axis in ways.T)
+                azimuth = np.degrees(np.arctan2(east, north)) % 360.0
+                time = 4.0 * (turn + azimuth / 360.0)
+            seen = np.hypot(east, north) + rng.normal(0.0, 15.0), azimuth + rng.normal(0.0, 0.03)
+            rows.append((round(time, 3), seen[0], seen[1] % 360.0, str(one)))
+    columns = ["time", "range_m", "azimuth_deg", "target"]
+    return pl.DataFrame(sorted(rows), columns, orient="row")
+
+
+@pytest.mark.slow
+def test_one_that_turns_among_few_that_do_not_keeps_its_name() -> None:
+    """Its pieces in a turn are too short to be sure tracks, and none of the others bends."""
+    frame = circuits(4)
+    radar = {"position": [0.0, 0.0], "scan_period": 4.0}
+    result = track(frame.drop("target"), {"sensors": {"default": radar}})
+    found = result.assignments["track"].fill_null(-1).to_numpy()
+    assert assignment_quality(frame["target"].to_list(), found).idf1 > 0.99
+    assert result.run["configuration"]["motion"]["model"] == "imm"
+
+
+def test_a_trial_that_leaves_faster_breaks_is_stepped_up_twice_at_most() -> None:
+    doubts, left = motion_check.MotionDoubts(), motion_check._Breaks(4, 0.0, 30.0, 4.0)
+    trial = motion_check._Trial(0.001, 4.0, left._replace(process=4.0), tracks=8, pieces=16)
+    doubts._trial = trial
+    levels = []
+    while doubts._is_stepped_up(doubts._trial, left):
+        levels.append(doubts._trial.level)
+        left = left._replace(process=10.0 * left.process)
+    assert levels == [30.0, 300.0]
+    doubts._trial = trial
+    assert not doubts._is_stepped_up(trial, left._replace(process=7.0))
+    assert not doubts._is_stepped_up(trial, left._replace(number=1))

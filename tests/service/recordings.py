@@ -93,6 +93,36 @@ def paused_turns(seed: int = 7) -> tuple[pl.DataFrame, dict[str, Any]]:
     return turning_radar(seed, n_aircraft=14)
 
 
+def held_places(seed: int = 12) -> tuple[pl.DataFrame, dict[str, Any]]:
+    """Return state vectors of aircraft every ten seconds; some places are said on for minutes."""
+    rng, rows = np.random.default_rng(seed), []
+    for aircraft in range(12):
+        course = rng.uniform(0.0, 2.0 * np.pi)
+        velocity = rng.uniform(60.0, 200.0) * np.array([np.cos(course), np.sin(course)])
+        place = rng.uniform(-3e4, 3e4, 2)
+        for look in range(60):
+            heard = 20 if aircraft % 3 == 0 and 20 <= look < 40 else look
+            if heard == look:
+                said = place + velocity * 10.0 * look + rng.normal(0.0, 40.0, 2)
+            if rng.random() < 0.9:
+                rows.append((10.0 * look, *(np.array([51.0, 0.0]) + said[::-1] / 111e3)))
+    frame = pl.DataFrame(sorted(rows), ["time", "lat", "lon"], orient="row")
+    return frame, {
+        "seed": 1,
+        "frame": {"origin": [51.0, 0.0]},
+        "motion": {"process_noise": 1.0, "max_speed": 400.0},
+        "lifecycle": {"new_target_density": 1e-10},
+        "sensors": {
+            "default": {
+                "sigma": 60.0,
+                "detection_probability": 0.9,
+                "clutter_density": 1e-12,
+                "scan_period": 10.0,
+            }
+        },
+    }
+
+
 def turns_heard_twice(seed: int = 6) -> tuple[pl.DataFrame, dict[str, Any]]:
     """Return what two networks bring of the same radar, some of it up to half a second later."""
     frame, configuration = turning_radar(seed)

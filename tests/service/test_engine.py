@@ -9,8 +9,9 @@ import polars as pl
 import pytest
 
 import trackweave as tw
-from service.recordings import ALL, positions
+from service.recordings import ALL, held_places, positions
 from trackweave.domain.facts import Facts
+from trackweave.domain.frames import LocalFrame
 from trackweave.domain.tracks import TrackTable
 from trackweave.io.frames_out import tracks_frame
 from trackweave.service.engine import Engine
@@ -52,6 +53,15 @@ def test_tracks_are_those_of_track_row_for_row(what: str) -> None:
     assert expected.height > 100
     for seed in (0, 1):
         assert rows_of(records(frame, Spec(configuration), seed)).equals(expected)
+
+
+def test_places_that_are_said_on_of_what_has_flown_on_are_old_news_here_too() -> None:
+    frame, configuration = held_places()
+    found = tw.track(frame, configuration, rng=configuration["seed"])
+    assert 40 < found.run["totals"]["doubles"] < 80
+    spec = Spec(configuration, frame=LocalFrame(51.0, 0.0))
+    rows = rows_of(records(frame, spec))
+    assert rows.equals(found.tracks.select(rows.columns))
 
 
 @pytest.mark.slow

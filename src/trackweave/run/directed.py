@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from trackweave.arrays import FloatArray
+from trackweave.config import Configuration
 from trackweave.config.sensing import ObservedSensor
 from trackweave.domain.reports import ReportTable
 from trackweave.estimation.directions import bearing_sensor, with_components
@@ -15,10 +16,11 @@ from trackweave.estimation.rates import RateNoise, rate_noise
 from trackweave.estimation.refine import Followed, Track, sure_tracks
 from trackweave.estimation.standing import with_standing
 from trackweave.estimation.tails import with_tails
+from trackweave.run.polar_to_cartesian import platforms_of
 from trackweave.trackers.scan_preparation import USUAL_MISSES
 from trackweave.trackers.window import Window
 
-__all__ = ["Directions", "directed"]
+__all__ = ["Directions", "directed", "directions_of"]
 
 USUAL_RATE_SIGMA = 1.0
 SAME_TIME = 1e-6
@@ -41,6 +43,31 @@ class Directions:
     places: Mapping[str, Sequence[float]]  # Where sensors stand whose rows do not say, by name [m]
     observed: Mapping[str, ObservedSensor]
     sigmas: Mapping[str, tuple[float, ...]]  # What is told of the noise of ranging ones [m, rad]
+
+
+def directions_of(
+    reports: ReportTable,
+    configuration: Configuration,
+    observed: Mapping[str, ObservedSensor],
+    places: Mapping[str, Sequence[float]],
+) -> Directions | None:
+    """Return what is measured otherwise than as positions, None for nothing."""
+    if all(seen.measurement.is_position for seen in observed.values()):
+        return None
+    sigmas = _told_sigmas(configuration, observed)
+    return Directions(reports, platforms_of(reports, places), places, observed, sigmas)
+
+
+def _told_sigmas(
+    configuration: Configuration, observed: Mapping[str, ObservedSensor]
+) -> dict[str, tuple[float, ...]]:
+    """Return what is told of the noise of sensors that measure ranges [m, rad]."""
+    told: dict[str, tuple[float, ...]] = {}
+    for name in observed:
+        sigma = configuration.sensor(name).get("sigma")
+        if isinstance(sigma, Mapping) and {"range_m", "azimuth_deg"} <= set(sigma):
+            told[name] = (sigma["range_m"], float(np.radians(sigma["azimuth_deg"])))
+    return told
 
 
 def directed(

@@ -17,6 +17,7 @@ from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.trees import tree_of
 from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
+from trackweave.run.held import held_in
 from trackweave.run.scans import scan_ends
 
 __all__ = [
@@ -135,13 +136,9 @@ class Doubles:
     reports: ReportTable
     # Row of the report of which each is a copy, its own where it is none, shape (reports,).
     first: IntArray
-    turning: frozenset[str] = frozenset()  # Sensors whose beam turns, by name
-
-    @cached_property
-    def is_turning(self) -> NDArray[np.bool_]:
-        """Whether each report is of a sensor whose beam turns."""
-        names = self.reports.sensors
-        return np.array([name in self.turning for name in names])[self.reports.sensor]
+    # Whether each is a place that is said again of what has moved on; None for none.
+    held: NDArray[np.bool_] | None = None
+    lone: frozenset[str] = frozenset()  # Sensors that do not scan, by name
 
     @cached_property
     def copies(self) -> IntArray:
@@ -191,20 +188,30 @@ class Doubles:
 
     def notes(self) -> list[str]:
         """Return a sentence on the copies, none where there is none."""
-        if self.copies.size == 0:
-            return []
+        is_held = np.zeros(len(self.reports), dtype=np.bool_) if self.held is None else self.held
+        said, copies = [], self.copies[~is_held[self.copies]]
+        if is_held.any():
+            said.append(
+                f"{int(is_held.sum()):,} of {len(self.reports):,} reports say a place again, to "
+                "the last digit, where something was a look before that was too fast to stop: old "
+                "news, as receivers tell of what they no longer hear; they have its track, and "
+                "count no more"
+            )
+        if copies.size == 0:
+            return said
         sentence = (
-            f"{self.copies.size:,} of {len(self.reports):,} reports are heard twice: the same "
+            f"{copies.size:,} of {len(self.reports):,} reports are heard twice: the same "
             "numbers of one sensor at one time or in one scan, or within 2 s where it has no "
             "scans or its beam turns; each counts once, and copies have the track of the first"
         )
-        later = self.reports.time[self.copies] > self.reports.time[self.first[self.copies]]
-        if self.reports.scan is None and np.any(later & ~self.is_turning[self.copies]):
+        lone = np.array([name in self.lone for name in self.reports.sensors])
+        later = self.reports.time[copies] > self.reports.time[self.first[copies]]
+        if self.reports.scan is None and np.any(later & lone[self.reports.sensor[copies]]):
             sentence += (
                 ". What rests and is reported anew without noise within 2 s counts as heard twice "
                 "too; if the sensor looks, give scans = true"
             )
-        return [sentence]
+        return [*said, sentence]
 
 
 def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled]:
@@ -212,18 +219,19 @@ def doubles_of(reports: ReportTable, settle: Settling) -> tuple[Doubles, Settled
     # Of a sensor that scans, copies are of one time, or of one scan where scans are numbered: what
     # stands still repeats itself from scan to scan. Of one that does not scan, or whose beam
     # turns, a report is a copy of the first of the same numbers within two seconds. The first is
-    # the earliest, or the earlier row. ``settle`` fills a configuration's gaps from reports
-    # without copies.
+    # the earliest, or the earlier row. Places that are held count as copies, too. ``settle`` fills
+    # a configuration's gaps from reports without copies.
     at_once = np.zeros(len(reports.sensors))
     same = Doubles(reports, _first_heard(reports, at_once))
     settled = settle(same.once)
-    most = np.full_like(at_once, WITHIN_S)
-    if reports.scan is not None or np.array_equal(_first_heard(reports, most), same.first):
-        return same, settled
     sensors = {sensor.name: sensor for sensor in settled[0].sensors}
-    within = np.array([repeats_within(sensors[name]) for name in reports.sensors])
-    turning = frozenset(name for name, each in sensors.items() if each.rotation is not None)
-    near = Doubles(reports, _first_heard(reports, within), turning)
+    first = same.first
+    if reports.scan is None:
+        within = np.array([repeats_within(sensors[name]) for name in reports.sensors])
+        first = _first_heard(reports, within)
+    every = held_in(reports, sensors, first)
+    lone = frozenset(name for name, each in sensors.items() if each.scans is False)
+    near = Doubles(reports, every, every != first, lone)
     if near.copies.size == same.copies.size:
         return same, settled
     return near, settle(near.once)

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,9 +29,6 @@ from trackweave.run.kept import Kept
 from trackweave.run.noting import note_on_speed, notes_on_sensors
 from trackweave.run.polar_to_cartesian import in_turns, laid, placed, platforms_of
 from trackweave.run.views import are_bearings, with_reach, with_views
-
-if TYPE_CHECKING:
-    from trackweave.run.directed import Directions
 
 __all__ = [
     "azimuth_of",
@@ -139,10 +136,11 @@ def settle(
     estimates = None
     if len(table) and needs_estimates(configuration, reports.sensors):
         # A complete configuration takes nothing of what estimates.
+        from trackweave.run.directed import directions_of
         from trackweave.run.likelier import told_by_tracks
         from trackweave.run.refining import Looking, estimates_for
 
-        directions = _directions(reports, configuration, observed, places)
+        directions = directions_of(reports, configuration, observed, places)
         told = _of_positions(configuration, observed)
         scanning = {
             name: scans
@@ -196,33 +194,6 @@ def _plane_in_words(reports: ReportTable) -> str:
         more = ", …" if len(told) > _MOST_SHOWN else ""
         words += f". The recording tells that of {', '.join(told[:_MOST_SHOWN])}{more}"
     return words
-
-
-def _directions(
-    reports: ReportTable,
-    configuration: Configuration,
-    observed: Mapping[str, ObservedSensor],
-    places: Mapping[str, Sequence[float]],
-) -> "Directions | None":
-    """Return what is measured otherwise than as positions, None for nothing."""
-    from trackweave.run.directed import Directions
-
-    if all(seen.measurement.is_position for seen in observed.values()):
-        return None
-    sigmas = _told_sigmas(configuration, observed)
-    return Directions(reports, platforms_of(reports, places), places, observed, sigmas)
-
-
-def _told_sigmas(
-    configuration: Configuration, observed: Mapping[str, ObservedSensor]
-) -> dict[str, tuple[float, ...]]:
-    """Return what is told of the noise of sensors that measure ranges [m, rad]."""
-    told: dict[str, tuple[float, ...]] = {}
-    for name in observed:
-        sigma = configuration.sensor(name).get("sigma")
-        if isinstance(sigma, Mapping) and {"range_m", "azimuth_deg"} <= set(sigma):
-            told[name] = (sigma["range_m"], float(np.radians(sigma["azimuth_deg"])))
-    return told
 
 
 def _is_known_to_scan(

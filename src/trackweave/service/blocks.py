@@ -10,6 +10,7 @@ from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.measurements import MeasurementKind
 from trackweave.domain.reports import ReportTable
 from trackweave.domain.scans import Scan
+from trackweave.run.held import HeldPlaces
 from trackweave.run.pieces import first_pieces, mean_of
 
 __all__ = [
@@ -19,6 +20,7 @@ __all__ = [
     "keys_of",
     "scan_of",
     "without_copies",
+    "without_held",
     "without_pieces",
 ]
 
@@ -153,3 +155,11 @@ def scan_of(block: Block, sensor: str, end: float, *, own_times: bool) -> Scan:
         height=None if np.isnan(block.height).all() else block.height,
         context=block.context if block.context.shape[1] else None,
     )
+
+
+def without_held(block: Block, held: HeldPlaces | None, time: float) -> Block:
+    """Return a look's reports without places that are said on of what has moved on."""
+    if held is None:
+        return block
+    again = held.take(time, block.measurement[:, :2])
+    return block.at(np.flatnonzero(~np.array(again, dtype=np.bool_)))

@@ -19,6 +19,7 @@ from trackweave.models.rotation import Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.run.batches import Batch
 from trackweave.run.doubles import repeats_within
+from trackweave.run.held import HeldPlaces
 from trackweave.run.scans import FULL, LAST, MOST_MISSING, N_SECTORS, Sectors, missing_times
 from trackweave.service.blocks import (
     Block,
@@ -26,6 +27,7 @@ from trackweave.service.blocks import (
     keys_of,
     scan_of,
     without_copies,
+    without_held,
     without_pieces,
 )
 
@@ -51,8 +53,7 @@ class SensorCut:
     rotation: Rotation | None
     scans: bool
     """Whether what stands still is reported anew at each scan."""
-    within: float
-    """For how long it may repeat what it has said [s]."""
+    within: float  # For how long it may repeat what it has said [s]
     kind: MeasurementKind | ForeignKind
     extent: float
     """How far each of several reports of one object is from the next at most [m]."""
@@ -74,16 +75,17 @@ class SensorCut:
     """Whether its reports say the numbers of their scans."""
     platform: tuple[float, FloatArray] | None = None
     """When and where it was last, where its reports say so."""
-    recent: dict[bytes, float] = field(default_factory=dict)
-    """What a sensor that may repeat itself has said last, and when first."""
+    recent: dict[bytes, float] = field(default_factory=dict)  # What it said last, and when first
+    held: HeldPlaces | None = None  # Places that it may go on saying of what has moved on
 
     @classmethod
-    def of(cls, sensor: Sensor, place: int, dim: int) -> "SensorCut":
+    def of(cls, sensor: Sensor, place: int, dim: int, *, is_on_earth: bool) -> "SensorCut":
         """Return a sensor before its first report."""
         width = sensor.measurement.n_components(dim)
         return cls(
             sensor.name, place, width, sensor.scan_period, sensor.rotation,
             sensor.scans is not False, repeats_within(sensor), sensor.measurement, sensor.extent,
+            held=HeldPlaces.of(sensor, is_on_earth=is_on_earth),
         )  # fmt: skip
 
     def feed(self, block: Block) -> None:
@@ -152,6 +154,7 @@ class SensorCut:
         """Begin anew at a time: what was before has nothing to do with it."""
         self.pending.clear()
         self.recent.clear()
+        self.held = None if self.held is None else HeldPlaces()
         self.heard.clear()
         self.said.clear()
         self.told, self.until, self.last, self.n_missed = time, EARLY, None, 0
@@ -185,6 +188,9 @@ class SensorCut:
         block = without_pieces(block, self.kind, self.extent)
         mark = key if self.rotation is not None else end
         is_next = self.last is None or mark > self.last
+        block = without_held(block, self.held, end) if is_next else block
+        if not len(block.time):
+            return
         said = self._said_by(block)
         if not is_next:
             known = {what for each in self.said.values() for what in each}
@@ -311,9 +317,11 @@ class Cutter:
     serial: int = 0
 
     @classmethod
-    def of(cls, sensors: tuple[Sensor, ...], dim: int) -> "Cutter":
+    def of(cls, sensors: tuple[Sensor, ...], dim: int, *, is_on_earth: bool) -> "Cutter":
         """Return a cutter before the first report; scans of one time are in this order."""
-        cuts = [SensorCut.of(sensor, place, dim) for place, sensor in enumerate(sensors)]
+        cuts = [
+            SensorCut.of(each, k, dim, is_on_earth=is_on_earth) for k, each in enumerate(sensors)
+        ]
         return cls({cut.name: cut for cut in cuts})
 
     @property

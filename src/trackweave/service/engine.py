@@ -300,7 +300,10 @@ class Engine:
         spec, before = Spec.of(payload), self._running
         self.configured_by = self.sequence
         settings, priors, names = _settings_of(spec), None, Names()
-        cutter, rows = Cutter.of(settings.sensors, spec.dim), tuple[TrackTable, ...]()
+        cutter, rows = (
+            Cutter.of(settings.sensors, spec.dim, is_on_earth=spec.frame is not None),
+            tuple[TrackTable, ...](),
+        )
         if before is not None:
             names = before.stepper.names
             cutter.follow(before.cutter, spec.unchanged(before.spec))
@@ -378,7 +381,9 @@ def _strayed(running: _Running, blocks: Mapping[str, Block]) -> Iterator[Scan]:
     """Give the tracker a scan whose time jumps ahead, and follow it where it is believed."""
     stepper, (block,) = running.stepper, blocks.values()
     yield from stepper.given(running.cutter.rest())
-    lone = Cutter.of(running.settings.sensors, running.spec.dim)
+    lone = Cutter.of(
+        running.settings.sensors, running.spec.dim, is_on_earth=running.spec.frame is not None
+    )
     lone.feed(blocks)
     yield from stepper.given(lone.rest())
     if stepper.time is not None and stepper.time >= float(block.time[0]):
