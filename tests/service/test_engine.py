@@ -68,7 +68,16 @@ def test_places_that_are_said_on_of_what_has_flown_on_are_old_news_here_too() ->
 @pytest.mark.parametrize("what", sorted(ALL))
 def test_goes_on_from_a_snapshot_as_if_nothing_had_happened(what: str) -> None:
     frame, configuration = ALL[what]()
-    given = records(frame, Spec(configuration))
+    _goes_on(records(frame, Spec(configuration)))
+
+
+def test_goes_on_from_a_snapshot_while_places_are_said_on() -> None:
+    frame, configuration = held_places()
+    _goes_on(records(frame, Spec(configuration, frame=LocalFrame(51.0, 0.0))))
+
+
+def _goes_on(given: Records) -> None:
+    """Go on from a snapshot at every fifth record."""
     engine, tables = Engine(), []
     for number, (kind, payload) in enumerate(given):
         tables += engine.take(engine.sequence + 1, kind, payload).rows

@@ -15,7 +15,7 @@ from trackweave.arrays import FloatArray, IntArray
 from trackweave.domain.reports import ReportTable
 from trackweave.models.sensors import Sensor
 
-__all__ = ["HeldPlaces", "held_in"]
+__all__ = ["HeldLook", "HeldPlaces", "held_in"]
 
 # It went straight on for the two looks before, but for such a part of its way. Who brakes no
 # harder than so [m/s²] shows it there, if it stops at the place where it is said again; nor is
@@ -25,7 +25,7 @@ STRAIGHT, BRAKES, FASTEST = 0.35, 4.0, 400.0
 MOST_MISSED = 2
 
 
-class _Look(NamedTuple):
+class HeldLook(NamedTuple):
     """What a sensor said at one time."""
 
     time: float
@@ -37,7 +37,7 @@ class _Look(NamedTuple):
 class HeldPlaces:
     """What a sensor said last, look by look, and which of it it goes on saying."""
 
-    looks: list[_Look] = field(default_factory=list)
+    looks: list[HeldLook] = field(default_factory=list)
     """The last of them."""
     held: dict[bytes, int] = field(default_factory=dict)
     """Places that are said again of what has moved on, and how many looks ago that was."""
@@ -57,7 +57,7 @@ class HeldPlaces:
         again = [key in self.held or self._is_held(key) for key in keys]
         self.held = {key: ago + 1 for key, ago in self.held.items() if ago < MOST_MISSED}
         self.held |= {key: 0 for key, is_again in zip(keys, again, strict=True) if is_again}
-        look = _Look(time, place, {key: row for row, key in enumerate(keys)})
+        look = HeldLook(time, place, {key: row for row, key in enumerate(keys)})
         self.looks = [*self.looks[1 - 3 * MOST_MISSED :], look]
         return again
 
@@ -77,7 +77,7 @@ class HeldPlaces:
         return False
 
 
-def _went_on(at: tuple[float, FloatArray], second: _Look, third: _Look) -> bool:
+def _went_on(at: tuple[float, FloatArray], second: HeldLook, third: HeldLook) -> bool:
     """Tell whether something went straight and fast to a place, by two looks before."""
     way, wait = at[1] - second.place, at[0] - second.time
     length = np.linalg.norm(way, axis=1)

@@ -15,6 +15,7 @@ from trackweave.domain.tracks import TENTATIVE, TrackTable
 from trackweave.models.sensors import Sensor
 from trackweave.randomness import generator_of
 from trackweave.run.course import tracker_of
+from trackweave.run.held import HeldLook, HeldPlaces
 from trackweave.run.regions.cutting import Region
 from trackweave.service.blocks import Block, blocks_of
 from trackweave.service.cutting import Cutter, SensorCut
@@ -33,8 +34,8 @@ from trackweave.trackers.clock_guard import farthest
 __all__ = ["Change", "Engine"]
 
 _CLASSES = (
-    Counts, Names, Cutter, SensorCut, Block, RowsDue, Facts, Place, Region, RegionsTracker,
-    SharedTracks,
+    Counts, Names, Cutter, SensorCut, HeldPlaces, HeldLook, Block, RowsDue, Facts, Place, Region,
+    RegionsTracker, SharedTracks,
 )  # fmt: skip
 """Whose objects a snapshot holds, beside those of the tracker."""
 _STEPPER = (
