@@ -10,7 +10,7 @@ from trackweave.estimation.covering import covered_by
 from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.frames import scan_period
-from trackweave.estimation.plausibility import believable
+from trackweave.estimation.plausibility import believable, without_stale
 
 
 def believed(reports: ReportTable, *, speed: float = 0.0, sigma: float = 0.0) -> Estimates:
@@ -45,6 +45,16 @@ def test_noise_beyond_what_lies_together_is_not_believed() -> None:
     assert 0.5 < found.sensors["A"].sigma < 50
     assert found.notes[0].startswith("sensor A: a sigma of 620 m ")
     assert believed(moored(), sigma=5.0).sensors["A"].sigma == 5.0
+
+
+def test_what_tracks_told_since_is_not_said_to_stand_in() -> None:
+    first = believed(moored(), sigma=620.0, speed=3.4e6)
+    noise, speed = first.notes
+    assert without_stale(first, first) == first
+    told = replace(first, sensors={"A": replace(first.sensors["A"], sigma=3.0)})
+    assert without_stale(first, told).notes == (speed,)
+    faster = replace(first, max_speed=12.0, notes=(*first.notes, "motion.max_speed: another"))
+    assert without_stale(first, faster).notes == (noise, "motion.max_speed: another")
 
 
 def test_the_grain_of_a_clock_is_no_scan_period() -> None:

@@ -12,7 +12,7 @@ from trackweave.estimation.frames import is_absurd_period
 from trackweave.estimation.lone import fastest_below
 from trackweave.estimation.trees import tree_of
 
-__all__ = ["believable"]
+__all__ = ["believable", "without_stale"]
 
 # Nothing that is seen from the ground flies faster [m/s], where numbers are metres for sure.
 FASTEST_ON_EARTH, FASTEST = 1_500.0, 12_000.0
@@ -25,6 +25,8 @@ CROSSED = 1.0
 # many times their distance, and its noise is no more than that.
 SAMPLED, FEWEST = 300, 30
 WITHIN, USUAL_NOISE = 30.0, 10.0
+# How sentences on what stands in begin.
+OF_SPEED, OF_NOISE = "motion.max_speed:", "a sigma of"
 
 
 def believable(
@@ -43,12 +45,24 @@ def believable(
     speed = _speed(estimates.max_speed, sensors, reports, in_metres=in_metres)
     if speed != estimates.max_speed and not is_speed_told:
         notes.append(
-            f"motion.max_speed: {estimates.max_speed:.4g} m/s is what reports seem to tell, which "
+            f"{OF_SPEED} {estimates.max_speed:.4g} m/s is what reports seem to tell, which "
             f"no object can be followed at; {speed:.4g} m/s stands in: better give it, and look "
             "at sensors' positions, clocks and units"
         )
     notes = list(dict.fromkeys(notes))
     return replace(estimates, sensors=sensors, max_speed=speed, notes=tuple(notes))
+
+
+def without_stale(first: Estimates, last: Estimates) -> Estimates:
+    """Return the last estimates without sentences of the first on what tracks told since."""
+    stale = [OF_SPEED] if last.max_speed != first.max_speed else []
+    stale += [
+        f"sensor {name}: {OF_NOISE}"
+        for name, each in first.sensors.items()
+        if name in last.sensors and last.sensors[name].sigma != each.sigma
+    ]
+    keep = [n for n in last.notes if n not in first.notes or not n.startswith(tuple(stale))]
+    return replace(last, notes=tuple(keep))
 
 
 def _sensor(
@@ -67,7 +81,7 @@ def _sensor(
     if near is not None and sensor.plane_sigma > WITHIN * near:
         sigma = bounded(USUAL_NOISE * near, 1e-9)
         notes.append(
-            f"a sigma of {sensor.plane_sigma:.4g} m is what its reports seem to tell, although "
+            f"{OF_NOISE} {sensor.plane_sigma:.4g} m is what its reports seem to tell, although "
             f"they lie {near:.2g} m from one another; {sigma:.4g} m stands in: better give sigma"
         )
         sensor = replace(sensor, sigma=sigma, disagreement=0.0)

@@ -22,6 +22,7 @@ from trackweave.estimation.estimate import estimate
 from trackweave.estimation.estimates import Estimates, bounded, positive
 from trackweave.estimation.lone import middle_of
 from trackweave.estimation.lone_values import AS_TOLD, NOT_SCANNING, seldomer
+from trackweave.estimation.plausibility import without_stale
 from trackweave.estimation.threads import Threads
 from trackweave.run.kept import Kept
 from trackweave.run.refining import Looking, estimates_for
@@ -149,7 +150,8 @@ def told_by_tracks(
     if estimates is None or estimates.of_one_object:
         return estimates
     if all(each.scans is False for each in estimates.sensors.values()):
-        return likelier(estimates, reports, configuration, kept) or estimates
+        found = likelier(estimates, reports, configuration, kept)
+        return estimates if found is None else without_stale(estimates, found)
     of_ranges = any(isinstance(each.sigma, tuple) for each in estimates.sensors.values())
     if scanning or of_ranges or np.unique(reports.time).size <= ONE_BY_ONE * len(reports):
         return estimates

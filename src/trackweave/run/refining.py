@@ -18,7 +18,7 @@ from trackweave.estimation.estimates import Estimates
 from trackweave.estimation.levels import with_levels
 from trackweave.estimation.noise_places import with_noise_places
 from trackweave.estimation.persistence import notes_on_persistence, with_persistence
-from trackweave.estimation.plausibility import believable
+from trackweave.estimation.plausibility import believable, without_stale
 from trackweave.estimation.refine import Followed, refined, stretch_of, sure_tracks
 from trackweave.estimation.standing import with_seldom
 from trackweave.estimation.strengths import with_strengths
@@ -110,7 +110,7 @@ def estimates_for(
     arrays = reports.time, reports.sensor, reports.measurement
     if directions is not None and (known := kept.known(asked, arrays)) is not None:
         return directed(known[0], known[1], known[2], directions, at_rest=at_rest)
-    stretch = stretch_of(reports)
+    stretch, first = stretch_of(reports), estimates
     for number in range(1, MOST_ROUNDS + 1):
         before = estimates
         estimates, followed = _followed(estimates, stretch, configuration, turning, number)
@@ -125,10 +125,11 @@ def estimates_for(
             estimates = with_axes(estimates, stretch, followed)
         if number >= N_ROUNDS and not _is_other(before, estimates):
             break
-    persistence = {name: configuration.sensor(name).get("clutter_persistence") for name in names}
-    estimates = replace(
-        estimates, notes=(*estimates.notes, *notes_on_persistence(estimates, persistence))
+    more = notes_on_persistence(
+        estimates,
+        {name: configuration.sensor(name).get("clutter_persistence") for name in names},
     )
+    estimates = without_stale(first, replace(estimates, notes=(*estimates.notes, *more)))
     if directions is None:
         estimates = with_tails(estimates, stretch, followed)
         left = stretch if at_rest else unexplained(estimates, stretch, followed)
