@@ -61,9 +61,7 @@ def _tracks(sightings: Sightings, pair: tuple[int, int]) -> list[IntArray]:
 
 def _apart(courses: Courses, own: IntArray, others: IntArray) -> _Apart | None:
     """Return by how much two sensors' clocks clearly differ, by their tracks; None for not."""
-    pairs = [moving_alike(courses, first, others) for first in own.tolist()]
-    apart = np.concatenate([np.empty((0, 2)), *(each[0] for each in pairs)])
-    velocity = np.concatenate([np.empty((0, 2)), *(each[1] for each in pairs)])
+    apart, velocity = moving_alike(courses, own, others)
     speed, reach = np.hypot(*velocity.T), usual_reach(courses)
     across = (apart[:, 0] * velocity[:, 1] - apart[:, 1] * velocity[:, 0]) / speed
     near = np.abs(across) < reach

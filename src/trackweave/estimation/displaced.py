@@ -13,8 +13,6 @@ __all__ = ["displaced"]
 
 # So many pairs differ by the same way, and so many times as many as differ by any other.
 FEWEST, TIMES = 6, 2.0
-MOST_TRACKS = 300
-"""So many of the longest tracks of either side are compared."""
 
 
 def displaced(sightings: Sightings, may: NDArray[np.bool_]) -> FloatArray:
@@ -39,16 +37,8 @@ def _displacement(
     courses: Courses, track_sensor: IntArray, sensor: int, reach: float
 ) -> FloatArray | None:
     """Return the way by which most pairs of tracks differ that move alike, None for none."""
-    lasting = np.isfinite(courses.place[:, :, 0]).sum(axis=1)
-    own, others = (
-        rows[np.argsort(-lasting[rows], kind="stable")[:MOST_TRACKS]]
-        for rows in (
-            np.flatnonzero(track_sensor == sensor),
-            np.flatnonzero(track_sensor != sensor),
-        )
-    )
-    apart = [moving_alike(courses, first, others)[0] for first in own.tolist()]
-    every = np.concatenate([*apart, np.empty((0, 2))])
+    own, others = np.flatnonzero(track_sensor == sensor), np.flatnonzero(track_sensor != sensor)
+    every, _ = moving_alike(courses, own, others)
     if len(every) < FEWEST:
         return None
     count = n_within(tree_of(every), every, reach)

@@ -14,6 +14,8 @@ FEWEST_TIMES, DRIFT = 4, 4.0
 MOVED = 4.0
 # So many deviations two tracks of one object differ at most.
 WITHIN = 4.0
+MOST_TRACKS = 300
+"""So many of the longest tracks of either side are compared."""
 
 
 def usual_reach(courses: Courses) -> float:
@@ -21,9 +23,23 @@ def usual_reach(courses: Courses) -> float:
     return WITHIN * float(np.sqrt(2.0 * np.median(courses.spread)))
 
 
-def moving_alike(courses: Courses, first: int, others: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return how far a track lies from others that move as it does, and how these move."""
+def moving_alike(
+    courses: Courses, own: IntArray, others: IntArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return how far own tracks lie from others that move as they do, and how these move."""
     # Shape (pairs, 2) each [m] and [m/s].
+    lasting = np.isfinite(courses.place[:, :, 0]).sum(axis=1)
+    own, others = (
+        rows[np.argsort(-lasting[rows], kind="stable")[:MOST_TRACKS]] for rows in (own, others)
+    )
+    pairs = [_beside(courses, first, others) for first in own.tolist()]
+    none = np.empty((0, 2))
+    apart = np.concatenate([*(each[0] for each in pairs), none])
+    return apart, np.concatenate([*(each[1] for each in pairs), none])
+
+
+def _beside(courses: Courses, first: int, others: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return the same of one track."""
     apart = courses.place[first] - courses.place[others]
     both = np.isfinite(apart[:, :, 0])
     count = both.sum(axis=1)

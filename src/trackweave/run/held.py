@@ -21,8 +21,8 @@ __all__ = ["HeldLook", "HeldPlaces", "held_in"]
 # harder than so [m/s²] shows it there, if it stops at the place where it is said again; nor is
 # hardly anything so fast as to be the way from one aircraft to another [m/s].
 STRAIGHT, BRAKES, FASTEST = 0.35, 4.0, 400.0
-# An aircraft is not missed at more looks than so, less one.
-MOST_MISSED = 2
+# Two places on a way are no more looks apart than so: at one between an aircraft may be missed.
+LOOKS_APART = 2
 
 
 class HeldLook(NamedTuple):
@@ -55,15 +55,15 @@ class HeldPlaces:
         # ``place`` are they on the plane [m], shape (reports, 2).
         keys = [at.tobytes() for at in place]
         again = [key in self.held or self._is_held(key) for key in keys]
-        self.held = {key: ago + 1 for key, ago in self.held.items() if ago < MOST_MISSED}
+        self.held = {key: ago + 1 for key, ago in self.held.items() if ago < LOOKS_APART}
         self.held |= {key: 0 for key, is_again in zip(keys, again, strict=True) if is_again}
         look = HeldLook(time, place, {key: row for row, key in enumerate(keys)})
-        self.looks = [*self.looks[1 - 3 * MOST_MISSED :], look]
+        self.looks = [*self.looks[1 - 3 * LOOKS_APART :], look]
         return again
 
     def _is_held(self, key: bytes) -> bool:
         """Tell whether a place was new at one of the last looks, of what was under way."""
-        for ago in range(1, min(MOST_MISSED, len(self.looks)) + 1):
+        for ago in range(1, min(LOOKS_APART, len(self.looks)) + 1):
             if key in self.looks[-ago].row:
                 first, earlier = self.looks[-ago], self.looks[:-ago][::-1]
                 if any(key in look.row for look in earlier):
@@ -71,8 +71,8 @@ class HeldPlaces:
                 place = first.place[first.row[key]]
                 return any(
                     _went_on((first.time, place), second, third)
-                    for number, second in enumerate(earlier[:MOST_MISSED])
-                    for third in earlier[number + 1 : number + 1 + MOST_MISSED]
+                    for number, second in enumerate(earlier[:LOOKS_APART])
+                    for third in earlier[number + 1 : number + 1 + LOOKS_APART]
                 )
         return False
 
