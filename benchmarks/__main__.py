@@ -107,9 +107,9 @@ GROUPS = {
     "presets": PAGE,
 }
 OWN_PAGES = {
-    "biases": "explanation/estimation.md",
-    "biases-found": "explanation/estimation.md",
-    "places-found": "explanation/estimation.md",
+    "biases": "explanation/registration.md",
+    "biases-found": "explanation/registration.md",
+    "places-found": "explanation/registration.md",
     "boxes": "how-to/my-video-detections.md",
     "contradictions": "explanation/diagnostics.md",
     "damaged": "reference/formats.md",
