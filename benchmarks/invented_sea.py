@@ -1,4 +1,4 @@
-"""Scenes of what false alarms do by themselves: the sea about a radar, and bearings of nobody."""
+"""Scenes of what the sea does to a radar: spikes that last, wind; and bearings of nobody."""
 
 import numpy as np
 import polars as pl
@@ -37,6 +37,28 @@ def sea(rng: np.random.Generator) -> pl.DataFrame:
             away = float(np.hypot(*at)) + rng.normal(0, 12)
             rows.append((PERIOD * (turn + azimuth / 360), "coast", away, azimuth, name))
     return by_time(rows, ["time", "sensor", "range_m", "azimuth_deg", "target"])
+
+
+def wind(rng: np.random.Generator) -> pl.DataFrame:
+    """Return what a radar sees whose antenna the wind turns, by 5 % from turn to turn."""
+    place = rng.uniform(2e3, 9e3, (20, 1)) * unit(rng.uniform(0, 360, 20))
+    way = rng.uniform(4, 14, (20, 1)) * unit(rng.uniform(0, 360, 20))
+    bend = rng.uniform(-0.3, 0.3, 20)
+    rows, begin = [], 0.0
+    while begin < 600.0:
+        length = 3.0 * (1.0 + 0.05 * rng.normal())
+        seen = np.flatnonzero(rng.random(20) < 0.9)
+        count = rng.poisson(15)
+        nobody = 12e3 * np.sqrt(rng.random((count, 1))) * unit(rng.uniform(0, 360, count))
+        names = [*(f"o{number}" for number in seen), *([NOBODY] * count)]
+        for name, at in zip(names, np.concatenate([place[seen], nobody]), strict=True):
+            azimuth = float(azimuth_of(at)) % 360
+            told = np.hypot(*at) + rng.normal(0, 15), (azimuth + rng.normal(0, 0.35)) % 360
+            rows.append((begin + length * azimuth / 360, *told, name))
+        place, begin = place + length * way, begin + length
+        turned = np.radians(bend * length)[:, None]
+        way = np.cos(turned) * way + np.sin(turned) * way[:, ::-1] * [1.0, -1.0]
+    return by_time(rows, ["time", "range_m", "azimuth_deg", "target"])
 
 
 def buoys(rng: np.random.Generator) -> pl.DataFrame:
@@ -95,6 +117,7 @@ def by_time(rows: list[tuple], names: list[str]) -> pl.DataFrame:
 
 SEA = {
     "sea": (sea, {"coast": {"position": [0.0, 0.0]}}),
+    "wind": (wind, {"default": {"position": [0.0, 0.0]}}),
     "buoys": (buoys, {}),
     "stations": (stations, {}),
 }

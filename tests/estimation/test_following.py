@@ -63,6 +63,30 @@ def test_follows_a_turn_that_wanders(scene):
     assert off.max() < 0.04
 
 
+def gusty(share: float, n_objects: int, *, seed: int = 3):
+    """Objects seen by an antenna in the wind, each of whose turns has a length of its own."""
+    rng = np.random.default_rng(seed)
+    place = rng.uniform(0, 2 * np.pi, n_objects)
+    begins = np.r_[0.0, np.cumsum(4.0 * (1.0 + share * rng.normal(size=300)))]
+    time = begins[:-1, None] + place / (2 * np.pi) * np.diff(begins)[:, None]
+    azimuth = place + rng.normal(0, 0.005, time.shape)
+    keep = rng.random(time.shape) < 0.9
+    order = np.argsort(time[keep], kind="stable")
+    return time[keep][order], azimuth[keep][order] % (2 * np.pi), begins
+
+
+@pytest.mark.parametrize("n_objects", [10, 40])
+@pytest.mark.parametrize("share", [0.02, 0.05])
+def test_follows_turns_each_of_which_has_a_length_of_its_own(share, n_objects):
+    time, azimuth, begins = gusty(share, n_objects)
+    found = rotation_of(time, azimuth)
+    assert isinstance(found, FollowedRotation)
+    assert found.wander == pytest.approx(share, rel=0.3)
+    off = errors(found, time, begins)
+    assert np.quantile(off, 0.95) < 0.01
+    assert off.max() < 0.05
+
+
 @pytest.mark.parametrize("told", [3.8, 4.0, 4.2])
 def test_a_period_told_wrongly_does_no_harm(told):
     time, azimuth, begins = drifting()

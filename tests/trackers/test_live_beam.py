@@ -8,7 +8,7 @@ import pytest
 from trackweave.domain.measurements import MeasurementKind as Kind
 from trackweave.domain.scans import Scan
 from trackweave.models.motion import ConstantVelocity
-from trackweave.models.rotation import Rotation
+from trackweave.models.rotation import FollowedRotation, Rotation
 from trackweave.models.sensors import Sensor
 from trackweave.trackers.live_beam import beam_with, rotation_by
 from trackweave.trackers.multi_hypothesis import MultiHypothesisTracker
@@ -80,6 +80,19 @@ def test_finds_the_beam(true):
     assert found.period == pytest.approx(true.period, rel=2e-3)
     off = found.azimuth(scan.time) - true.azimuth(scan.time)
     assert abs((off + np.pi) % (2 * np.pi) - np.pi) < 0.03
+
+
+def test_follows_turns_each_of_which_has_a_length_of_its_own():
+    lengths = 4.0 * (1.0 + 0.05 * np.random.default_rng(6).normal(size=101))
+    true = FollowedRotation(4.0, knots=np.r_[0.0, np.cumsum(lengths)], turns=np.arange(102.0))
+    known, sensor, off = None, radar(Rotation(4.0)), []
+    for scan, _ in sweeps(true, 100, 8):
+        known = beam_with(known, sensor, scan)
+        found = rotation_by(known, sensor.rotation)
+        off.append(found.azimuth(scan.time) - true.azimuth(scan.time))
+    beside = np.abs((np.array(off) + np.pi) % (2 * np.pi) - np.pi)
+    # From one look to the next, a turn later, it may be off by what a turn differs.
+    assert np.quantile(beside[80:], 0.95) < 2 * np.pi * 0.2
 
 
 def test_a_beam_that_is_as_told_stays_so():

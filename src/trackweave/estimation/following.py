@@ -16,12 +16,20 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.models.rotation import FollowedRotation
 
-__all__ = ["Beam", "beam_after", "corrected", "first_beam", "followed_rotation", "off_beam"]
+__all__ = [
+    "QUIET",
+    "RESTLESS",
+    "Beam",
+    "Gait",
+    "beam_after",
+    "corrected",
+    "first_beam",
+    "followed_rotation",
+    "off_beam",
+]
 
-# By so much of itself the rate wanders in a turn, and the angle itself [turns].
-RATE_NOISE, ANGLE_NOISE = 0.003, 0.0005
-# How far both may be off at first: the angle [turns], the rate as a share of itself.
-ANGLE_AT_FIRST, RATE_AT_FIRST = 0.03, 0.005
+# By so much the angle itself wanders in a turn [turns].
+ANGLE_NOISE = 0.0005
 # Reports this far off [turns] are of the beam at least, and past this the angle is sought anew.
 NEAR, LOST = 0.06, 0.25
 # Of so many reports the middle is taken, where they come within so many turns.
@@ -29,6 +37,25 @@ FEWEST, MOST_TURNS = 5, 6.0
 # A report alone is no better than this [turns].
 COARSE = 0.004
 FEWEST_KNOTS = 4
+
+
+class Gait(NamedTuple):
+    """How a beam is followed: how much it may wander, and how often it is looked at."""
+
+    rate_noise: float
+    """By so much of itself the rate wanders in a turn."""
+    part: float
+    """Of so much of a turn the reports are taken together [turns]."""
+    angle_at_first: float
+    """How far the angle may be off at first [turns]."""
+    rate_at_first: float
+    """And the rate, as a share of itself."""
+
+
+QUIET = Gait(0.003, 1.0, 0.03, 0.005)
+"""Of a motor that wanders."""
+RESTLESS = Gait(0.1, 0.25, 0.1, 0.05)
+"""Of an antenna in the wind, whose turns differ by some hundredths."""
 
 
 class Beam(NamedTuple):
@@ -45,16 +72,17 @@ class Beam(NamedTuple):
     rate_variance: float
 
 
-def first_beam(time: float, turned: float, rate: float) -> Beam:
+def first_beam(time: float, turned: float, rate: float, gait: Gait = QUIET) -> Beam:
     """Return a beam that has roughly turned so far [turns] at a time [s], at a rate [turns/s]."""
-    return Beam(time, turned, rate, ANGLE_AT_FIRST**2, 0.0, (RATE_AT_FIRST * rate) ** 2)
+    doubt = gait.angle_at_first**2, 0.0, (gait.rate_at_first * rate) ** 2
+    return Beam(time, turned, rate, *doubt)
 
 
-def beam_after(beam: Beam, time: float) -> Beam:
+def beam_after(beam: Beam, time: float, gait: Gait = QUIET) -> Beam:
     """Return where a beam is expected at a time [s] that is not before its own."""
     step = time - beam.time
     turns = step * beam.rate
-    noise = RATE_NOISE**2 * turns
+    noise = gait.rate_noise**2 * turns
     return Beam(
         time,
         beam.turned + turns,
@@ -85,12 +113,14 @@ def corrected(beam: Beam, off: float, variance: float) -> Beam:
     )
 
 
-def off_beam(beam: Beam, time: FloatArray, angle: FloatArray) -> tuple[Beam, float, float] | None:
+def off_beam(
+    beam: Beam, time: FloatArray, angle: FloatArray, gait: Gait = QUIET
+) -> tuple[Beam, float, float] | None:
     """Return what some reports say of where a beam is; None where they do not agree."""
     # They tell the beam as expected in their midst, how far it is ahead of that [turns], and the
     # variance of that. Angles are in turns in the beam's sense, whole turns being nothing.
     off = _wrapped(angle - beam.turned - beam.rate * (time - beam.time))
-    expected = beam_after(beam, max(beam.time, float(time.mean())))
+    expected = beam_after(beam, max(beam.time, float(time.mean())), gait)
     reach = max(NEAR, 3.0 * float(np.sqrt(expected.angle_variance)))
     middle = 0.0
     if reach > LOST:
@@ -109,7 +139,7 @@ def off_beam(beam: Beam, time: FloatArray, angle: FloatArray) -> tuple[Beam, flo
 
 
 def followed_rotation(
-    time: FloatArray, azimuth: FloatArray, rate: float, phase: float
+    time: FloatArray, azimuth: FloatArray, rate: float, phase: float, gait: Gait = QUIET
 ) -> FollowedRotation | None:
     """Return the turn of a beam that wanders, from roughly how it turns at first."""
     # Azimuths are clockwise from north [rad], times ascending [s]. The rate is that at first
@@ -118,10 +148,10 @@ def followed_rotation(
     direction = 1 if rate > 0 else -1
     turn = direction * 2.0 * np.pi
     expected, known = [], []
-    beam = first_beam(float(time[0]), phase / turn, rate / turn)
+    beam = first_beam(float(time[0]), phase / turn, rate / turn, gait)
     angle = azimuth / turn
-    for begin, end in _turn_by_turn(time, beam.rate):
-        found = off_beam(beam, time[begin:end], angle[begin:end])
+    for begin, end in _turn_by_turn(time, beam.rate, gait.part):
+        found = off_beam(beam, time[begin:end], angle[begin:end], gait)
         if found is not None:
             expected.append(found[0])
             beam = corrected(*found)
@@ -132,11 +162,11 @@ def followed_rotation(
     return _rotation(smoothed, (float(time[0]), float(time[-1])), direction)
 
 
-def _turn_by_turn(time: FloatArray, rate: float) -> Iterator[tuple[int, int]]:
-    """Yield the first and the last but one of successive reports, about a turn at a time."""
+def _turn_by_turn(time: FloatArray, rate: float, part: float) -> Iterator[tuple[int, int]]:
+    """Yield the first and the last but one of successive reports, about a part at a time."""
     begin = 0
     while begin < time.size:
-        turn, longest = np.searchsorted(time, time[begin] + np.array([1.0, MOST_TURNS]) / rate)
+        turn, longest = np.searchsorted(time, time[begin] + np.array([part, MOST_TURNS]) / rate)
         end = max(int(turn), min(begin + FEWEST, int(longest)), begin + 1)
         yield begin, end
         begin = end

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
-from trackweave.estimation.following import followed_rotation
+from trackweave.estimation.following import QUIET, RESTLESS, Gait, followed_rotation
 from trackweave.estimation.steady_turn import (
     COARSELY,
     FEWEST_REPORTS,
@@ -29,6 +29,8 @@ LEAST_TURNS_FOLLOWED = 8.0
 # A turn is followed where so many reports together are off by more than this [rad]: at sectors'
 # borders an object is looked for on one side and reported on the other.
 REPORTS_PER_GROUP, FEWEST_GROUPS, UNSTEADY = 12, 6, 0.005
+# What lies off a turn that is followed by more than this is off within it [rad].
+RESTLESSLY = 0.02
 # A part in which a beam keeps its speed has so many reports at least, of which so few successive
 # ones tell where it ends; of so many less than this share follow a turn that they do not keep.
 OF_PART, SOME, LEFT = 60, 24, 0.75
@@ -101,12 +103,23 @@ def _wandering(
         rate, phase = followed
         if rate == 0 or (direction or rate) * rate < 0:
             continue
-        found = followed_rotation(time, azimuth, rate, phase)
-        if found is None or found.turned(time[-1]) - found.turned(time[0]) < LEAST_TURNS_FOLLOWED:
-            continue
-        if follows(time, azimuth, found):
+        begun = rate, phase
+        found = _followed(time, azimuth, begun, QUIET)
+        if found is None or wander_of(time, azimuth, found) > RESTLESSLY:
+            found = _followed(time, azimuth, begun, RESTLESS) or found
+        if found is not None:
             return found
     return None
+
+
+def _followed(
+    time: FloatArray, azimuth: FloatArray, begun: tuple[float, float], gait: Gait
+) -> Rotation | None:
+    """Return the turn of a beam that is followed so from its beginning, if reports follow it."""
+    found = followed_rotation(time, azimuth, *begun, gait)
+    if found is None or found.turned(time[-1]) - found.turned(time[0]) < LEAST_TURNS_FOLLOWED:
+        return None
+    return found if follows(time, azimuth, found) else None
 
 
 def _is_left(time: FloatArray, azimuth: FloatArray, rotation: Rotation) -> bool:

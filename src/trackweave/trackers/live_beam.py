@@ -12,7 +12,7 @@ import numpy as np
 from trackweave.arrays import FloatArray
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.scans import Scan
-from trackweave.estimation.following import Beam, corrected, first_beam, off_beam
+from trackweave.estimation.following import RESTLESS, Beam, corrected, first_beam, off_beam
 from trackweave.models.rotation import FollowedRotation, Rotation
 from trackweave.models.sensors import Sensor
 
@@ -60,10 +60,18 @@ def beam_with(known: LiveBeam | None, sensor: Sensor, scan: Scan) -> LiveBeam | 
 
 def _checked(known: LiveBeam) -> LiveBeam:
     """Return a beam corrected by the reports that have come since it last was."""
-    found = off_beam(known.beam, np.array(known.time), np.array(known.angle))
+    seen = np.array(known.time), np.array(known.angle)
+    found = off_beam(known.beam, *seen)
+    if found is None or _is_restless(*found):
+        found = off_beam(known.beam, *seen, RESTLESS) or found
     if found is None:
         return LiveBeam(known.beam)
     return LiveBeam(corrected(*found), agreed=known.agreed + 1)
+
+
+def _is_restless(beam: Beam, off: float, variance: float) -> bool:
+    """Tell whether a beam lies farther off than one that wanders would."""
+    return bool(off**2 > SURELY**2 * (beam.angle_variance + variance))
 
 
 def rotation_by(known: LiveBeam | None, told: Rotation) -> Rotation:
