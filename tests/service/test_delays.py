@@ -25,7 +25,7 @@ def test_what_waited_while_inputs_were_not_read_is_not_late() -> None:
     delays, still = Delays(), Standstill()
 
     def tell(time: float, now: float) -> None:
-        delays.note({"pier": [time, time, 1]}, still.clock(now))
+        delays.note({"pier": [time, time, 1, 0.0]}, still.clock(now))
 
     def until(now: float) -> float:
         return delays.until(still.clock(now))["pier"]
@@ -47,6 +47,35 @@ def test_what_waited_while_inputs_were_not_read_is_not_late() -> None:
     assert until(1400.0) > 330.0
 
 
+def heard_with(pace: float, jump: float = 0.0) -> tuple[Delays, float]:
+    """Return what is known of a radar at a pace, and of AIS that told once; and the time now."""
+    delays, now = Delays(), 1000.0
+    delays.note({"ais": [0.0, 0.0, 1, 0.0]}, now)
+    for step in range(100):
+        now = 1000.0 + 0.2 * step
+        first = 0.2 * pace * step + (jump if step > 50 else 0.0)
+        delays.note({"radar": [first, first + 0.19 * pace, 9, 0.19 * pace]}, now)
+    return delays, now
+
+
+def test_who_falls_silent_does_not_hold_up_a_recording_that_is_sent_fast() -> None:
+    delays, now = heard_with(40.0)
+    # Of some 792 s those that came in the last five seconds wait for what it may have to say.
+    assert delays.overtaken("ais", now) == pytest.approx(792.0 - 200.0, abs=10.0)
+    assert delays.overtaken("radar", now) <= 0.0
+
+
+@pytest.mark.parametrize("jump", [3600.0, -3600.0])
+def test_a_clock_that_is_set_overtakes_nobody(jump: float) -> None:
+    delays, now = heard_with(1.0, jump)
+    assert delays.overtaken("ais", now) < now - 1000.0
+
+
+def test_a_time_that_is_off_is_no_course() -> None:
+    table = pl.DataFrame({"time": [0.0, 30.0, 50.0, 3650.0], "sensor": ["pier"] * 4})
+    assert told_times(table) == {"pier": [0.0, 3650.0, 4, 50.0]}
+
+
 def told_in_sectors(behind: float) -> Delays:
     """Return what is known of a radar that tells a sector of half a second, then its end.
 
@@ -55,7 +84,7 @@ def told_in_sectors(behind: float) -> Delays:
     delays = Delays()
     for sector in range(60):
         begin, now = 0.5 * sector, 1000.0 + 0.5 * (sector + 1)
-        delays.note({"radar": [begin - behind, begin + 0.49 - behind, 30]}, now)
+        delays.note({"radar": [begin - behind, begin + 0.49 - behind, 30, 0.49]}, now)
         delays.mark({"radar": begin + 0.5})
     return delays
 
@@ -92,9 +121,9 @@ def test_one_time_that_cannot_be_closes_nothing_far_ahead(tmp_path: Path) -> Non
         office.engine.take(1, Kind.CONFIGURE, Spec(configuration).payload())
         payload = packed_reports(pl.DataFrame(table), "udp", Facts())
         office.engine.take(2, Kind.REPORTS, payload)
-        office.delays.note({"pier": [1.0, 2.0, 2]}, 1000.0)
+        office.delays.note({"pier": [1.0, 2.0, 2, 1.0]}, 1000.0)
         assert 0.9 < office.closing(1000.1)["pier"] < 2.1
-        office.delays.note({"pier": [90_000.0, 90_000.0, 1]}, 1000.2)
+        office.delays.note({"pier": [90_000.0, 90_000.0, 1, 0.0]}, 1000.2)
         assert office.closing(1000.3)["pier"] < 8.0
     finally:
         office.close()
@@ -111,7 +140,7 @@ def test_the_clock_stands_while_too_much_waits_for_the_tracker(
         clerk = Clerk(Office.open(tmp_path), lambda: load_configuration({}))
         try:
             clerk._wait.reports = 1
-            task = asyncio.create_task(clerk._handed(payload, 1, {"pier": [1.0, 1.0, 1]}))
+            task = asyncio.create_task(clerk._handed(payload, 1, {"pier": [1.0, 1.0, 1, 0.0]}))
             await asyncio.sleep(0.1)
             stood = clerk._standstill.clock(1e6) - clerk._standstill.clock(1e3)
             waits = not task.done()

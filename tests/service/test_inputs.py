@@ -261,7 +261,7 @@ def test_times_are_understood_under_other_names_and_as_text() -> None:
     rows = [{"timestamp": "2026-11-23T10:00:00Z", "x": 1.0}, {"timestamp": None, "x": 2.0}]
     table = completed(pl.DataFrame(rows), "pier")
     assert table["time"][0] == "2026-11-23T10:00:00Z"
-    first, last, count = told_times(table)["pier"]
+    first, last, count, _ = told_times(table)["pier"]
     assert (first, count) == (1795428000.0, 2)
     assert last == pytest.approx(time.time(), abs=60.0)
     seconds = completed(pl.DataFrame({"time": ["12.5", " "], "x": ["1", "2"]}), "pier")

@@ -6,8 +6,9 @@ By the clock, and by what they say of time themselves.
 from collections import deque
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
+from math import inf
 
-__all__ = ["Delays", "Standstill"]
+__all__ = ["STRANGE", "Delays", "Standstill"]
 
 REMEMBERED = 200
 """So many arrivals of each sensor are remembered."""
@@ -25,6 +26,9 @@ MOST_SENSORS = 2_000
 """As many as a recording's of which anything is estimated: each new name is a configuration."""
 STRANGE = 60.0
 """What is so far off is of another clock, or wrong [s]."""
+IN_PACE = 5.0
+"""So long the others' reports wait for what a sensor may still have to say [s of the clock], where
+a recording is sent faster than it was made."""
 
 
 @dataclass
@@ -69,10 +73,13 @@ class Delays:
     _last: dict[str, float] = field(default_factory=dict)
     heard: dict[str, float] = field(default_factory=dict)
     """When each was last heard, by the wall clock [s]."""
+    _course: dict[str, float] = field(default_factory=dict)  # How far reports had come by then [s]
+    _farthest: deque[tuple[float, float]] = field(default_factory=lambda: deque([(-inf, 0.0)]))
 
     def note(self, told: Mapping[str, Sequence[float]], now: float) -> None:
         """Take in which times sensors told, from first to last [s], at a time of the clock."""
         for name, (first, last, *_) in told.items():
+            self._go_on(name, told[name], now)
             seen = self._seen.setdefault(name, deque(maxlen=REMEMBERED))
             if seen and abs((now - last) - seen[-1][1]) > STRANGE:
                 # Another recording, or a clock that was set: what was learned is of no use.
@@ -88,6 +95,24 @@ class Delays:
             if name in self._marks:
                 behind = self._behind.setdefault(name, deque(maxlen=REMEMBERED))
                 behind.append(self._marks[name] - first)
+
+    def _go_on(self, name: str, told: Sequence[float], now: float) -> None:
+        """Take in how far a sensor's reports have come, whatever its clock shows."""
+        first, last, _, course = told
+        farthest = self._farthest[-1][1]
+        pause = first - self._last.get(name, inf)
+        # Who was silent, or whose clock was set, goes on from where the others are.
+        come = self._course[name] + pause if 0.0 <= pause < STRANGE else farthest
+        self._course[name] = come + min(course, last - first)
+        if self._course[name] > farthest:
+            self._farthest.append((now, self._course[name]))
+        while len(self._farthest) > 1 and self._farthest[1][0] <= now - IN_PACE:
+            self._farthest.popleft()
+
+    def overtaken(self, name: str, now: float) -> float:
+        """Return how far others' reports had come beyond a sensor's, some seconds ago [s]."""
+        by_then = [course for when, course in self._farthest if when <= now - IN_PACE]
+        return max(by_then, default=0.0) - self._course.get(name, inf)
 
     def too_many(self, names: Collection[str]) -> str:
         """Return what is wrong with hearing sensors of these names, "" for nothing."""

@@ -217,12 +217,22 @@ class Office:
         if not self.engine.is_configured or now - max(heard.values(), default=-np.inf) > IDLE_S:
             return {}
         told, until = self.engine.told(), self.delays.until(now)
-        # A time that cannot be, or a clock that was set, closes nothing that may still come.
         return {
-            name: min(until[name], told[name] + now - heard[name] + AHEAD_S)
+            name: self._closed(name, (told[name], until[name]), now)
             for name in until
             if name in told
         }
+
+    def _closed(self, name: str, times: tuple[float, float], now: float) -> float:
+        """Return up to when nothing of a sensor is waited for, which told a time [s]."""
+        told, until = times
+        silent = now - self.delays.heard[name] + AHEAD_S
+        overtaken = self.delays.overtaken(name, now)
+        # A recording that is sent faster than it was made is not held up by who fell silent.
+        if overtaken > silent:
+            return told + overtaken
+        # A time that cannot be, or a clock that was set, closes nothing that may still come.
+        return min(until, told + silent)
 
     def wants_to_learn(self) -> bool:
         """Tell whether a configuration can perhaps be found now."""

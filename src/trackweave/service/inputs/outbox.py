@@ -19,6 +19,7 @@ from trackweave.errors import DataFormatError
 from trackweave.io.columns import read_times
 from trackweave.io.reports import ONLY_SENSOR
 from trackweave.io.tables import RawTable, with_our_names
+from trackweave.service.delays import STRANGE
 from trackweave.service.records import packed_reports
 
 __all__ = ["FRAME", "MARKS", "REPORTS", "STATE", "Outbox", "completed", "framed", "told_times"]
@@ -201,17 +202,27 @@ def _stamped(column: pl.Series, now: float) -> pl.Series:
 
 
 def told_times(table: pl.DataFrame) -> dict[str, list[float]]:
-    """Return the earliest and the latest time that each sensor has told [s], and how often."""
+    """Return what each sensor has told of times: the first, the last [s], how many, the course."""
+    # The course is how long it went on without a gap of a minute [s]: a time that is off by an
+    # hour is none.
     seconds = read_times(table["time"]).numbers.values
     frame = pl.DataFrame({"sensor": table["sensor"].cast(pl.String), "time": seconds})
     grouped = frame.drop_nulls().drop_nans().group_by("sensor").agg(
-        pl.col("time").min().alias("first"), pl.col("time").max().alias("last"), pl.len()
+        pl.col("time").min().alias("first"),
+        pl.col("time").max().alias("last"),
+        pl.len(),
+        _course(pl.col("time")).alias("course"),
     )  # fmt: skip
     return {
-        name: [first, last, count]
-        for name, first, last, count in grouped.sort("sensor").iter_rows()
+        name: [first, last, count, course]
+        for name, first, last, count, course in grouped.sort("sensor").iter_rows()
         if np.isfinite(first) and np.isfinite(last)
     }
+
+
+def _course(time: pl.Expr) -> pl.Expr:
+    gaps = time.sort().diff()
+    return gaps.filter(gaps < STRANGE).sum()
 
 
 def framed(kind: int, words: dict[str, Any], body: bytes = b"") -> bytes:

@@ -15,8 +15,7 @@ from trackweave.service.log import say
 __all__ = ["Handed", "Input", "Marked"]
 
 Handed = Callable[[bytes, int, dict[str, list[float]]], Awaitable[None]]
-"""Takes a record's payload, how many reports it has, and the first and last time that each
-sensor told in it, with how often.
+"""Takes a record's payload, how many reports it has, and what each sensor told of times in it.
 What is not awaited for is not read: so the process sees that it has to drop."""
 Marked = Callable[[dict[str, float]], None]
 """Takes when sensors' beams came by somewhere, as they say themselves, by name [s]."""
