@@ -116,6 +116,20 @@ def test_objects_manoeuvre_where_what_was_learned_of_the_others_breaks_tracks(se
     assert result.run["told"] == []
 
 
+@pytest.mark.slow
+def test_what_is_told_too_small_for_one_that_turns_stays_that_of_the_others() -> None:
+    """Untold, the others' process noise would be no more, so that it is tried beside a second."""
+    values = told(0.001) | {"sensors": {"default": {"sigma": 1.0, "scan_period": 1.0}}}
+    run = track(few_turning(1), values).run
+    motion = run["configuration"]["motion"]
+    quiet, manoeuvring = (motion["imm"][way] for way in motion["imm"]["models"])
+    assert quiet["process_noise"] == 0.001
+    assert manoeuvring["process_noise"] > 10.0
+    assert run["sources"]["motion.model"] == "estimated"
+    assert "changes between that and" in run["notes"][0]
+    assert {each["key"]: each["told"] for each in run["told"]}["motion.process_noise"] == 0.001
+
+
 @pytest.mark.parametrize(("n_left", "is_used"), [(8, True), (30, False)])
 def test_a_trial_counts_pieces_too_short_to_show_a_break(
     monkeypatch: pytest.MonkeyPatch, n_left: int, is_used: bool

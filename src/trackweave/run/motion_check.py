@@ -82,7 +82,8 @@ class MotionDoubts:
     """The process noise of a run, against where its tracks end and begin.
 
     Too little loses objects in turns: their tracks break off, and others begin close by. Such a
-    run begins again. Where a process noise was told, it takes that of which the reports speak.
+    run begins again. Where a process noise was told, it takes that of which the reports speak, or
+    lets objects change between both.
     Where it was learned, tracks that broke off in turns could not tell of these: objects change
     then between that of the others and that of which the breaks speak. It goes on so if fewer
     tracks break; otherwise it begins once more as before. Tracks that broke off in the first half
@@ -96,6 +97,7 @@ class MotionDoubts:
         self._tried, self._left = 0.0, 0  # The last trial's process noise, and breaks under it
         self._most = 0  # So many breaks are put to no trial again
         self._is_told, self._told = False, 0.0
+        self._has_ways = False  # Whether objects change between what was told and what breaks tell
 
     def applied(self, configuration: Configuration) -> Configuration:
         """Return what the next attempt takes: with another process noise than is doubted."""
@@ -105,7 +107,7 @@ class MotionDoubts:
         motion = dict(configuration.table("motion"))
         if self._is_told:
             del motion["process_noise"]
-        else:
+        if self._has_ways or not self._is_told:
             first = ways_found[0]
             noises = (first.doubted, digits(ways_found[-1].level, 3))
             ways = {
@@ -119,7 +121,7 @@ class MotionDoubts:
 
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        if not self._used or self._is_told:
+        if not self._used or (self._is_told and not self._has_ways):
             return settings
         own = {key for key in settings.sources if key.startswith("motion.imm.")} | {MODEL}
         return replace(settings, sources={**settings.sources, **dict.fromkeys(own, "estimated")})
@@ -130,7 +132,10 @@ class MotionDoubts:
         """Look at the tracks so far; tell whether ``applied`` changed, to begin again."""
         process, trial = _process(settings), self._trial
         if trial is not None and process < max(TIMES * trial.doubted, LEAST):
-            return self._settle(trial, is_right=False)
+            # Without what was told, tracks that broke off in turns tell of little more.
+            is_next = self._is_told and settings.sources.get(MODEL) == "default"
+            self._has_ways = is_next and not self._has_ways
+            return self._has_ways or self._settle(trial, is_right=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):
             return False
@@ -199,6 +204,7 @@ class MotionDoubts:
         self._trial = None
         if is_right:
             self._used.append(trial)
+        self._has_ways &= is_right
         # All objects may stop together later on, as a belt does: many more breaks are tried again.
         is_last = self._is_told or len(self._used) == MOST_LEARNED
         self._due = np.inf if is_last else 2 * self._due
@@ -210,13 +216,15 @@ class MotionDoubts:
         if not (self._used and self._is_told):
             return []
         told = self._used[-1]
+        more = f"{self._tried:g} of which reports speak"
+        instead = f"changes between that and the {more}" if self._has_ways else f"the {more}"
         return [
             Finding(
                 "process_noise",
                 None,
                 f"{KEY} is told as {told.doubted:g} m²/s³, but with it {told.broken.number} of "
                 f"{told.tracks} tracks break off where another begins, and {self._left} with "
-                f"the {self._tried:g} of which reports speak: that is used; correct it, or "
+                f"{instead}: that is used; correct it, or "
                 'give trust = ["process_noise"] in [motion] to keep what is told',
                 weight=WEIGHT + abs(float(np.log(self._tried / max(told.doubted, LEAST)))),
                 told=told.doubted,
