@@ -1,5 +1,6 @@
 """What is wrong with a scene is the first thing that a run says of it; of a right one, nothing."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 from run.diagnostics.scenes import contradictions
 from trackweave import track
+from trackweave.run.diagnostics.across import Sample, _of_units
+from trackweave.run.diagnostics.case import Path
 
 pytestmark = pytest.mark.slow
 
@@ -81,3 +84,17 @@ def test_tracks_by_a_documents_letter_judge_no_sensor() -> None:
     made = wrong.spoil(SCENES.scene(1, polar=wrong.polar))
     run = track(made.reports.drop("target"), made.told, preset="wiranto-2018").run
     assert run["diagnostics"] == []
+
+
+@pytest.mark.parametrize(("far", "is_said"), [(1_800.0, False), (20_000.0, True)])
+def test_what_all_lies_in_one_place_in_another_unit_is_not_in_that(far: float, is_said: bool):
+    """Animals on a few kilometres, beside a camera that sees some near one place."""
+    rng, time = np.random.default_rng(2), np.arange(0.0, 100.0)
+    there = rng.normal(0.0, 2.0, (100, 2))
+    path = Path(time, there, np.ones(100), np.arange(100))
+    place = rng.normal(0.0, far, (100, 2))
+    sample = Sample(0, time, place, np.zeros((100, 2)), [path], near=1.6, extent=80.0)
+    kind = SimpleNamespace(has_range=False)
+    case = SimpleNamespace(reports=SimpleNamespace(kind_of=lambda index: kind))
+    units = {cause.word for cause in _of_units(sample, case)}
+    assert ("millimetres" in units) is is_said

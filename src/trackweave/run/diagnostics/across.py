@@ -197,6 +197,8 @@ def _beside(one: FloatArray, other: FloatArray, radius: float) -> tuple[IntArray
 FITTING_SHARE, FITTING_TIMES, FEWEST_FITTING, FEWEST_TRACKS = 0.15, 2.5, 15, 3
 # A sensor of which so many times fewer fit than of the best one is the one that is wrong.
 ODD_ONE = 0.6
+# In another unit reports are so many times as far apart as what counts as near.
+GATHERED = 4.0
 # Simpler causes come first where they explain nearly as many.
 NEARLY = 0.85
 MOST_SENSORS = 8
@@ -316,14 +318,13 @@ def _of_units(sample: Sample, case: Case) -> Iterator[_Cause]:
     is_polar = case.reports.kind_of(sample.index).has_range
     what = "ranges" if is_polar else "positions"
     base = sample.platform if is_polar else 0.0
+    spread = float(np.linalg.norm(np.std(sample.place - base, axis=0)))
     for unit, metres in LENGTHS.items():
-        yield _Cause(
-            unit,
-            sample.fit(pairs, base + metres * (sample.place - base)),
-            f"its {what} seem to be in {unit}",
-            "give them in metres",
-            metres,
-        )
+        # All in one place they fit whatever is there.
+        if metres * spread > GATHERED * sample.near:
+            fit = sample.fit(pairs, base + metres * (sample.place - base))
+            said = f"its {what} seem to be in {unit}"
+            yield _Cause(unit, fit, said, "give them in metres", metres)
     for unit, seconds in TIMES.items():
         fit = sample.fit(sample.there(scale=seconds), sample.place)
         what = f"its times seem to be in {unit}"
@@ -394,7 +395,6 @@ def _of_place(sample: Sample, is_polar: bool) -> Iterator[_Cause]:
 
 
 def _direction(step: FloatArray) -> str:
-    words = ["north", "north-east", "east", "south-east",
-             "south", "south-west", "west", "north-west"]  # fmt: skip
-    turn = np.arctan2(step[0], step[1]) / (np.pi / 4)
-    return words[round(float(turn)) % 8]
+    words = ("north", "north-east", "east", "south-east",
+             "south", "south-west", "west", "north-west")  # fmt: skip
+    return words[round(float(np.arctan2(step[0], step[1]) / (np.pi / 4))) % 8]
