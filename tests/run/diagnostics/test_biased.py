@@ -75,7 +75,7 @@ def test_a_sensor_that_is_turned_is_told_in_a_crowd_and_no_other(turn):
 
 
 @pytest.mark.usefixtures("torn")
-@pytest.mark.parametrize("late", [-1.0, 1.0])
+@pytest.mark.parametrize("late", [-1.0])
 def test_a_clock_that_differs_is_told_in_seconds(late):
     # Each of the objects is off its own way, so that no place and no angle explains it.
     sigma = {"range_m": 2.0, "azimuth_deg": 0.1}
