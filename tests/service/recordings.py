@@ -76,6 +76,8 @@ def named_beside_radar(seed: int = 9) -> tuple[pl.DataFrame, dict[str, Any]]:
     square = {"polygon": [[-1e5, -1e5], [1e5, -1e5], [1e5, 1e5], [-1e5, 1e5]]}
     every = {**configuration["sensors"], **told["sensors"]}
     sensors = {name: {**own, "field_of_view": square} for name, own in every.items()}
+    # Nobody sees the ships but themselves, which what is told of the radar does not say.
+    sensors["tower"]["trust"] = ["detection_probability"]
     named = named.filter(pl.col("time") < seen["time"].max())
     both = pl.concat([seen, named], how="diagonal").sort("time", maintain_order=True)
     return both, {**configuration, "sensors": sensors}

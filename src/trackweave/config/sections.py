@@ -109,8 +109,8 @@ class MotionSection(ModeSection, of=tuple(MODELS.values())):
         ImmSection, "The ways to move between which objects change, where the model is imm."
     ]
     trust: Annotated[
-        bool | tuple[Annotated[str, Key(words=("process_noise",))], ...],
-        Key('true, false, or a list of keys: "process_noise"'),
+        bool | tuple[Annotated[str, Key(words=("process_noise", "max_speed"))], ...],
+        Key('true, false, or a list of keys: "process_noise", "max_speed"'),
         "Whether what is told is kept where tracks contradict it: of all keys, or of those named.",
     ] = False
 

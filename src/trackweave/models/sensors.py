@@ -22,7 +22,10 @@ __all__ = ["BIASES", "DOUBTED", "Sensor"]
 
 BIASES = tuple(each.name for each in fields(Biases))
 """Keys of what is wrong with all reports of a sensor alike."""
-DOUBTED = ("sigma", "scan_period", "rotation", "position", "place", *BIASES)
+DOUBTED = (
+    "sigma", "detection_probability", "clutter_density", "clutter_per_scan", "field_of_view",
+    "scan_period", "rotation", "position", "place", *BIASES,
+)  # fmt: skip
 """Keys of a sensor that give way to what reports show where these contradict them clearly."""
 HEIGHT_NOISE = 20.0
 """Standard deviation of heights of which nothing is known [m]: many come in steps of 100 feet."""
@@ -112,8 +115,9 @@ class Sensor:
     trust
         Whether what is told is kept where reports contradict it: of all keys, or of those named.
 
-        Only "sigma", "scan_period", "rotation", "position" (or "place") and biases ever give way,
-        in ``track``. A tracker that is given scans one by one always keeps what it was told.
+        Only "sigma", "detection_probability", clutter, "field_of_view", "scan_period", "rotation",
+        "position" (or "place") and biases ever give way, in ``track``. A tracker that is given
+        scans one by one always keeps what it was told.
 
     Raises
     ------

@@ -1,5 +1,6 @@
 """What of a configuration a run's first tracks contradict, and what is used instead."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from trackweave.run.diagnostics import Finding
 from trackweave.run.motion_check import MotionDoubts
 from trackweave.run.noise_check import CLEAR, NoiseDoubts
 from trackweave.run.observing import observe, positions_in
+from trackweave.run.told_check import ToldDoubts
 
 __all__ = ["ConsistencyChecks"]
 
@@ -29,13 +31,13 @@ class ConsistencyChecks:
 
     def __init__(self, configuration: Configuration) -> None:
         self._told = configuration
-        self._noise, self._motion = NoiseDoubts(), MotionDoubts()
+        self._noise, self._motion, self._rest = NoiseDoubts(), MotionDoubts(), ToldDoubts()
         self._are_bearings_judged = self._is_one_judged = self._is_break_judged = False
 
     @property
     def configuration(self) -> Configuration:
         """What the next attempt takes: as read, but for what is doubted."""
-        return self._motion.applied(self._noise.applied(self._told))
+        return self._motion.applied(self._noise.applied(self._rest.applied(self._told)))
 
     def contradict(
         self, reports: ReportTable, settings: Settings, track: IntArray, *, at_end: bool = False
@@ -120,14 +122,22 @@ class ConsistencyChecks:
             self._noise.overrule(settings, [name], factor)
         return bool(factors)
 
+    def take_back(self, findings: Sequence[Finding], settings: Settings) -> bool:
+        """Look at what contradicts a whole run; tell whether ``configuration`` changed."""
+        is_changed = self._rest.take_back(findings, settings)
+        if is_changed:
+            # Tracks may have broken off for want of what is given back.
+            self._motion = MotionDoubts()
+        return is_changed
+
     def entered(self, settings: Settings) -> Settings:
         """Return the configuration as used, in which what was learned counts as estimated."""
-        return self._motion.entered(self._noise.entered(settings))
+        return self._rest.entered(self._motion.entered(self._noise.entered(settings)))
 
     def findings(self) -> list[Finding]:
         """Return a sentence on each value that is not used as told."""
-        return [*self._noise.findings(), *self._motion.findings()]
+        return [*self._noise.findings(), *self._motion.findings(), *self._rest.findings()]
 
     def as_record(self) -> list[dict[str, Any]]:
         """Return what was told, learned and used of each value that was judged."""
-        return [*self._noise.as_record(), *self._motion.as_record()]
+        return [*self._noise.as_record(), *self._motion.as_record(), *self._rest.as_record()]

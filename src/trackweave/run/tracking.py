@@ -171,34 +171,31 @@ def track(  # noqa: PLR0913 the one function that users call with everything
     heights, registration = registered(every, configuration, looks=is_judged)
     pieces = pieces_in(registration.reports, registration.configuration, looks=is_judged)
     every, configuration = pieces.joined, pieces.configuration
-    begun = prior_table(priors, every)
-    doubts, kept = ConsistencyChecks(configuration), Kept()
+    begun, doubts, kept = prior_table(priors, every), ConsistencyChecks(configuration), Kept()
+    before = *heights.notes(), *registration.notes(), *pieces.notes(), *_note_on_none(begun)
     with engaged(engine, workers) as regions:
-        attempt, done = agreed(
-            lambda told: attempt_of(every, told, preset, begun, kept),
-            doubts,
-            (generator, deadline, regions),
-            progress,
-        )
-        (rows, log, assigned), table, course = done, attempt.table, attempt.course
-        notes = *heights.notes(), *registration.notes(), *pieces.notes(), *_note_on_none(begun)
-        notes = *notes, *attempt.settings.notes, *course.notes, *log.notes()
-        notes = (*notes, *(regions.notes if regions else ()))
-        settings = registration.entered(pieces.entered(doubts.entered(attempt.settings)))
-        settings = replace(settings, notes=notes)
-        by = generator, regions.smoothed if regions else smoothed_history
-        seen = in_hindsight(table, (rows.table(table.dim), assigned), settings, begun, by)
-    assigned, assignment = seen.assigned, seen.assigned.by_row()
-    # Tracks by a document's letter are no judges of what was told.
-    found = doubts.findings()
-    if is_judged:
-        found = diagnose(
-            Case(
-                table, settings, assigned.track, seen.history, course.looks(),
+        while True:
+            attempt, done = agreed(
+                lambda told: attempt_of(every, told, preset, begun, kept),
+                doubts,
+                (generator, deadline, regions),
+                progress,
+            )
+            (rows, log, known), table, course = done, attempt.table, attempt.course
+            of_run = *before, *attempt.settings.notes, *course.notes, *log.notes()
+            settings = registration.entered(pieces.entered(doubts.entered(attempt.settings)))
+            settings = replace(settings, notes=(*of_run, *(regions.notes if regions else ())))
+            by = generator, regions.smoothed if regions else smoothed_history
+            seen = in_hindsight(table, (rows.table(table.dim), known), settings, begun, by)
+            # Tracks by a document's letter are no judges of what was told.
+            case = (
+                table, settings, seen.assigned.track, seen.history, course.looks(),
                 registration.unregistered(),
-            ),
-            found,
-        )  # fmt: skip
+            )  # fmt: skip
+            found = diagnose(Case(*case), doubts.findings()) if is_judged else doubts.findings()
+            if not doubts.take_back(found, settings):
+                break
+    assigned, assignment = seen.assigned, seen.assigned.by_row()
     contradicted = (each.sentence for each in found)
     settings = replace(settings, notes=(*contradicted, *settings.notes, *seen.notes()))
     merged = merged_reports(table, assignment, seen.history, settings.sensors, settings.merge)

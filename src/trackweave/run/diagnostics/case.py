@@ -30,6 +30,7 @@ class Finding:
     weight: float  # The greater, the earlier it is said
     told: float | None = None
     seen: float | None = None
+    likewise: tuple[str, ...] = ()  # Other sensors of which the same is true
 
     def as_record(self) -> dict[str, Any]:
         """Return it as an object for a run's record."""

@@ -107,6 +107,7 @@ def _together(found: Iterable[Finding]) -> list[Finding]:
         names = [name for name in dict.fromkeys(others.get(key, [])) if name != finding.sensor]
         if names:
             listed = ", ".join(names[:3]) + (f" and {len(names) - 3} more" if names[3:] else "")
-            finding = replace(finding, sentence=f"{finding.sentence} (likewise {listed})")
+            sentence = f"{finding.sentence} (likewise {listed})"
+            finding = replace(finding, sentence=sentence, likewise=tuple(names))
         told.append(finding)
     return told

@@ -353,7 +353,7 @@ def clutter(case: Case) -> Iterator[Finding]:
         key = f"sensors.{sensor.name}.clutter_"
         is_told = [case.is_told(key + word) for word in ("density", "per_scan")]
         rows, looks = case.rows[index], scans_of(case, index)
-        if not any(is_told) or looks < 1 or rows.size < FEWEST_ROWS:
+        if not any(is_told) or looks < 1 or rows.size < FEWEST_ROWS or sensor.scans is False:
             continue
         told = expected_false(case, index)
         alone = float(np.count_nonzero(case.track[rows] < 0)) + 0.5
@@ -366,9 +366,9 @@ def clutter(case: Case) -> Iterator[Finding]:
             "clutter",
             sensor.name,
             f"sensor {sensor.name}: {'clutter_per_scan' if is_told[1] else 'clutter_density'} "
-            f"leads to expect {told:.3g} false alarms a scan, but {seen:.3g} of its reports a "
-            f"scan are in no track: {max(seen / told, told / seen):.3g} times "
-            f"{'more' if seen > told else 'fewer'}; correct it",
+            f"leads to expect {told:.3g} false alarms a scan where its reports come from, but "
+            f"{seen:.3g} of them a scan are in no track: {max(seen / told, told / seen):.3g} "
+            f"times {'more' if seen > told else 'fewer'}; correct it",
             weight=WEIGHT - 5 + abs(float(np.log(seen / told))),
             told=told,
             seen=seen,
@@ -384,11 +384,8 @@ def scans_of(case: Case, index: int) -> float:
 
 
 def expected_false(case: Case, index: int) -> float:
-    """Return the mean number of false alarms in a sensor's scan, as told or estimated."""
+    """Return the mean number of false alarms in a sensor's scan, where its reports come from."""
     sensor, rows = case.sensors[index], case.rows[index]
-    own = case.settings.values["sensors"][sensor.name]
-    if own.get("clutter_per_scan") is not None:
-        return float(own["clutter_per_scan"])
     measured = case.reports.measurement[rows]
     kind = case.reports.kind_of(index)
     if kind.is_position:
