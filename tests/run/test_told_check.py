@@ -96,3 +96,13 @@ def test_what_is_told_of_all_sensors_gives_way_of_each() -> None:
         assert own["sigma"] == SIGMA
         assert own["field_of_view"] == square(0.0)
     assert sum("detection_probability is told" in note for note in run["notes"]) == 1
+
+
+@pytest.mark.parametrize("careful", [{"detection_probability": 0.3}, {"clutter_per_scan": 80.0}])
+def test_who_tells_more_misses_and_false_alarms_than_there_are_is_heard(
+    careful: dict[str, float],
+) -> None:
+    run = track(boats().drop("target", "sensor"), told(**careful)).run
+    ((key, value),) = careful.items()
+    assert run["configuration"]["sensors"]["default"][key] == value
+    assert any(f"{key} " in note and "correct it" in note for note in run["notes"])

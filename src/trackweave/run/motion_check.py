@@ -133,8 +133,7 @@ class MotionDoubts:
         process, trial = _process(settings), self._trial
         if trial is not None and process < max(TIMES * trial.doubted, LEAST):
             # Without what was told, tracks that broke off in turns tell of little more.
-            is_next = self._is_told and settings.sources.get(MODEL) == "default"
-            self._has_ways = is_next and not self._has_ways
+            self._has_ways = self._is_told and not self._has_ways
             return self._has_ways or self._settle(trial, is_right=False)
         n_assigned = int(np.count_nonzero(track >= 0))
         if self._due == np.inf or (not at_end and n_assigned < self._due):

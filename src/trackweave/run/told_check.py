@@ -18,7 +18,9 @@ OF_SENSOR = {
     "clutter": ("clutter_per_scan", "clutter_density"),
 }
 OF_MOTION = {"max_speed": "max_speed"}
-ONLY_MORE = {"max_speed", "clutter"}
+# What is said of the fastest is a limit, which only what is faster contradicts; and more false
+# alarms and misses than there are cost little, so that whoever tells them may be careful.
+ONLY_MORE, ONLY_LESS = {"max_speed", "clutter"}, {"detection_probability"}
 USED = {"clutter_per_scan": "clutter_density"}
 """Under which key what is used instead stands, where it is another."""
 # Where reports come from outside what a sensor is said to see, the rest may follow from that.
@@ -115,10 +117,8 @@ class ToldDoubts:
 
 def _taken_back(finding: Finding, settings: Settings) -> Iterator[_Doubted]:
     """Yield what a finding contradicts that a file told without asking for trust."""
-    # What is said of the fastest is a limit, which only what is faster contradicts; and more false
-    # alarms than there are cost little, so that whoever tells them may be careful.
     is_more = (finding.seen or 0.0) > (finding.told or 0.0)
-    if finding.cause in ONLY_MORE and not is_more:
+    if finding.cause in (ONLY_LESS if is_more else ONLY_MORE):
         return
     trusting = {sensor.name: sensor for sensor in settings.sensors}
     names = [] if finding.sensor is None else [finding.sensor, *finding.likewise]
