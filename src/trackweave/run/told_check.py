@@ -118,7 +118,7 @@ class ToldDoubts:
 def _taken_back(finding: Finding, settings: Settings) -> Iterator[_Doubted]:
     """Yield what a finding contradicts that a file told without asking for trust."""
     is_more = (finding.seen or 0.0) > (finding.told or 0.0)
-    if finding.cause in (ONLY_LESS if is_more else ONLY_MORE):
+    if not finding.is_clear or finding.cause in (ONLY_LESS if is_more else ONLY_MORE):
         return
     trusting = {sensor.name: sensor for sensor in settings.sensors}
     names = [] if finding.sensor is None else [finding.sensor, *finding.likewise]

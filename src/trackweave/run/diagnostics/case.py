@@ -30,6 +30,7 @@ class Finding:
     weight: float  # The greater, the earlier it is said
     told: float | None = None
     seen: float | None = None
+    is_clear: bool = False  # Whether what is told cannot be, so that it may be given back
     likewise: tuple[str, ...] = ()  # Other sensors of which the same is true
 
     def as_record(self) -> dict[str, Any]:

@@ -111,6 +111,7 @@ def out_of_view(case: Case) -> Iterator[Finding]:
             weight=90.0 * count / some.size,
             told=float(view.max_range),
             seen=float(np.max(away)),
+            is_clear=True,
         )
 
 
@@ -269,6 +270,7 @@ def _speed(case: Case) -> Iterator[Finding]:
         weight=WEIGHT + abs(float(np.log(told / seen))),
         told=told,
         seen=float(seen),
+        is_clear=True,
     )
 
 
@@ -343,6 +345,7 @@ def detection(case: Case) -> Iterator[Finding]:
             weight=WEIGHT - 10 + abs(float(np.log(odds))),
             told=told,
             seen=seen,
+            is_clear=True,
         )
 
 
@@ -372,6 +375,7 @@ def clutter(case: Case) -> Iterator[Finding]:
             weight=WEIGHT - 5 + abs(float(np.log(seen / told))),
             told=told,
             seen=seen,
+            is_clear=True,
         )
 
 
