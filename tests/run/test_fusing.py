@@ -188,3 +188,15 @@ def test_names_registration_where_sensors_have_nothing_in_common(both: FusionRes
     apart = fused(table(1, PLACES), table(2, far))
     assert any("--register tells by how much" in note for note in apart.run["notes"])
     assert not any("--register" in note for note in both.run["notes"])
+
+
+def test_names_the_sensor_that_has_hardly_anything_in_common_with_two_that_agree() -> None:
+    rng = np.random.default_rng(5)
+    objects = {k: tuple(place) for k, place in enumerate(rng.uniform(0, 5e3, (12, 2)))}
+    right = table(1, objects), table(2, objects)
+    notes = fused(*right, table(3, objects, shift=(250.0, -150.0))).run["notes"]
+    (note,) = (each for each in notes if "--register" in each)
+    assert note.startswith("hardly any object of C ")
+    # Far away it sees objects of its own.
+    apart = fused(*right, table(3, {k: (x + 9e3, y) for k, (x, y) in objects.items()}))
+    assert not any("--register" in each for each in apart.run["notes"])

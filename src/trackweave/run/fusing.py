@@ -33,6 +33,9 @@ from trackweave.summaries import counted, summary
 
 __all__ = ["FusionResult", "FusionValues", "fuse"]
 
+# A sensor of so many tracks, more than such a share of whose rows lie where others see, sees some
+# of their objects: if hardly any, it is elsewhere than it says.
+FEWEST_ALONE, BESIDE, HARDLY_ANY = 3, 0.5, 0.2
 Config: TypeAlias = str | Path | Mapping[str, Any] | FusionOrder | None
 Progress = Callable[[int, int], None]
 
@@ -280,9 +283,27 @@ def _notes_on_pairings(
 ) -> list[str]:
     """Return a sentence where sensors that both see objects have none in common."""
     seeing = [name for name, table in tables.items() if len(table)]
-    if len(seeing) < 2 or log.pairings.common or values.registrations:
+    if len(seeing) < 2 or values.registrations:
         return []
+    register = "misplaced, turned or late, --register tells by how much"
+    if not log.pairings.common:
+        return [
+            f"no object is common to two of {', '.join(seeing)}: where one of them is {register}"
+        ]
+    alone = []
+    for name in seeing:
+        pairings = [each for each in values.pairings if each.sensor == name]
+        own = {each.track for each in pairings}
+        common = {each.track for each in pairings if each.object in log.pairings.common}
+        others = [tables[each].tracks.mean[:, :2] for each in seeing if each != name]
+        low, high = np.min(np.concatenate(others), axis=0), np.max(np.concatenate(others), axis=0)
+        place = tables[name].tracks.mean[:, :2]
+        is_beside = np.mean(((place >= low) & (place <= high)).all(axis=1)) > BESIDE
+        is_alone = len(own) >= FEWEST_ALONE and len(common) <= HARDLY_ANY * len(own)
+        if is_alone and is_beside:
+            alone.append(name)
     return [
-        f"no object is common to two of {', '.join(seeing)}: where one of them is misplaced, "
-        "turned or late, --register tells by how much"
+        f"hardly any object of {name} is one of another sensor's, though it looks where they do: "
+        f"where it is {register}"
+        for name in alone
     ]
