@@ -277,7 +277,9 @@ def _breaks(case: Case) -> _Breaks:
     late = time[begins][None, :] - time[ends][:, None]
     fits = (late <= AFTER * pause[:, None]) & (late >= -BEFORE * pause[:, None])
     fits &= is_end[:, None] & is_begin[None, :] & ~np.eye(len(groups), dtype=bool)
-    fits &= is_sure[:, None] | is_sure[None, :]
+    # Of what somebody told both are to be sure: behind others objects come and go in pieces.
+    is_told = case.settings.sources.get(KEY) == "file"
+    fits &= (is_sure[:, None] & is_sure) if is_told else (is_sure[:, None] | is_sure)
     own = max((case.plane_sigma(i) for i in case.examined if case.tells_place(i)), default=0.0)
     fastest = np.maximum(speed[:, None], speed[None, :])
     reach = SIGMAS * own + fastest * (np.abs(late) + pause[:, None])
