@@ -167,7 +167,7 @@ def test_scans_are_left_as_they_were():
 
 def test_scraps_are_joined_though_what_speaks_for_them_goes_in_circles():
     # Process noise is told so far too small that tracks break at each turn.
-    motion = {**ALL_TOLD["motion"], "trust": ["process_noise"]}
+    motion = {**ALL_TOLD["motion"], "trust": True}
     result = tw.track(harbour(3, 0, 0.0, slow=0.2).drop("target"), {**ALL_TOLD, "motion": motion})
     assert result.run["joins"]["list"]
     assert all(0.0 <= each["probability"] <= 1.0 for each in result.run["joins"]["list"])
