@@ -24,6 +24,8 @@ FINEST = 1.0 / 128.0
 """Seconds by which marks are exact."""
 MOST_SENSORS = 2_000
 """As many as a recording's of which anything is estimated: each new name is a configuration."""
+AHEAD = 5.0
+"""The clock closes scans no farther beyond the times that the tracker believed of a sensor [s]."""
 STRANGE = 60.0
 """What is so far off is of another clock, or wrong [s]."""
 IN_PACE = 5.0
@@ -113,6 +115,19 @@ class Delays:
         """Return how far others' reports had come beyond a sensor's, some seconds ago [s]."""
         by_then = [course for when, course in self._farthest if when <= now - IN_PACE]
         return max(by_then, default=0.0) - self._course.get(name, inf)
+
+    def closed(self, told: Mapping[str, float], now: float) -> dict[str, float]:
+        """Return up to when nothing of sensors is waited for that told their latest times [s]."""
+        found = {}
+        for name, until in self.until(now).items():
+            if name not in told:
+                continue
+            silent, overtaken = now - self.heard[name] + AHEAD, self.overtaken(name, now)
+            # A time that cannot be, or a clock that was set, closes nothing that may still come; a
+            # recording that is sent faster than it was made is not held up by who fell silent.
+            ahead = overtaken if overtaken > silent else min(until - told[name], silent)
+            found[name] = told[name] + ahead
+        return found
 
     def too_many(self, names: Collection[str]) -> str:
         """Return what is wrong with hearing sensors of these names, "" for nothing."""

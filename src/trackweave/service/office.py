@@ -46,8 +46,6 @@ REST = 4.0
 """A snapshot that took long to write is followed by so many times that without one."""
 IDLE_S = 120.0
 """After so long a silence of all sensors the clock closes nothing any more [s]."""
-AHEAD_S = 5.0
-"""The clock closes scans no farther beyond the times that the tracker believed of a sensor [s]."""
 MOST_STRANGE = 20_000
 
 _LENGTH = struct.Struct("<I")
@@ -216,23 +214,7 @@ class Office:
         heard = self.delays.heard
         if not self.engine.is_configured or now - max(heard.values(), default=-np.inf) > IDLE_S:
             return {}
-        told, until = self.engine.told(), self.delays.until(now)
-        return {
-            name: self._closed(name, (told[name], until[name]), now)
-            for name in until
-            if name in told
-        }
-
-    def _closed(self, name: str, times: tuple[float, float], now: float) -> float:
-        """Return up to when nothing of a sensor is waited for, which told a time [s]."""
-        told, until = times
-        silent = now - self.delays.heard[name] + AHEAD_S
-        overtaken = self.delays.overtaken(name, now)
-        # A recording that is sent faster than it was made is not held up by who fell silent.
-        if overtaken > silent:
-            return told + overtaken
-        # A time that cannot be, or a clock that was set, closes nothing that may still come.
-        return min(until, told + silent)
+        return self.delays.closed(self.engine.told(), now)
 
     def wants_to_learn(self) -> bool:
         """Tell whether a configuration can perhaps be found now."""
