@@ -71,6 +71,24 @@ def test_a_clock_that_is_set_overtakes_nobody(jump: float) -> None:
     assert delays.overtaken("ais", now) < now - 1000.0
 
 
+def test_reports_that_overlap_and_come_out_of_order_overtake_nobody() -> None:
+    """Live, each second brings what was seen in the last three: the others go on as the clock."""
+    delays = Delays()
+    delays.note({"ais": [0.0, 0.0, 1, 0.0]}, 1000.0)
+    for second in range(300):
+        last = second - 1.5 * (second % 2)
+        delays.note({"radar": [last - 3.0, last, 9, 3.0]}, 1000.0 + second)
+    assert delays.overtaken("ais", 1300.0) < 302.0
+    assert delays.closed({"ais": 0.0, "radar": 298.0}, 1300.0)["ais"] < 305.0
+
+
+def test_who_falls_silent_in_what_comes_at_once_is_overtaken() -> None:
+    delays = Delays()
+    told = {"a": [0.0, 897.0, 900, 897.0], "b": [0.0, 8.0, 4, 8.0]}
+    delays.note(told, 1000.0)
+    assert delays.closed({"a": 897.0, "b": 8.0}, 1006.0)["b"] == 897.0
+
+
 def test_a_time_that_is_off_is_no_course() -> None:
     table = pl.DataFrame({"time": [0.0, 30.0, 50.0, 3650.0], "sensor": ["pier"] * 4})
     assert told_times(table) == {"pier": [0.0, 3650.0, 4, 50.0]}

@@ -32,6 +32,9 @@ IN_PACE = 5.0
 """So long the others' reports wait for what a sensor may still have to say [s of the clock], where
 a recording is sent faster than it was made."""
 
+FAST = 2.0
+"""A recording is sent so many times faster at least than it was made."""
+
 
 @dataclass
 class Standstill:
@@ -76,12 +79,13 @@ class Delays:
     heard: dict[str, float] = field(default_factory=dict)
     """When each was last heard, by the wall clock [s]."""
     _course: dict[str, float] = field(default_factory=dict)  # How far reports had come by then [s]
+    _high: dict[str, float] = field(default_factory=dict)  # The latest time that counts for that
     _farthest: deque[tuple[float, float]] = field(default_factory=lambda: deque([(-inf, 0.0)]))
 
     def note(self, told: Mapping[str, Sequence[float]], now: float) -> None:
         """Take in which times sensors told, from first to last [s], at a time of the clock."""
+        self._go_on(told, now)
         for name, (first, last, *_) in told.items():
-            self._go_on(name, told[name], now)
             seen = self._seen.setdefault(name, deque(maxlen=REMEMBERED))
             if seen and abs((now - last) - seen[-1][1]) > STRANGE:
                 # Another recording, or a clock that was set: what was learned is of no use.
@@ -98,16 +102,21 @@ class Delays:
                 behind = self._behind.setdefault(name, deque(maxlen=REMEMBERED))
                 behind.append(self._marks[name] - first)
 
-    def _go_on(self, name: str, told: Sequence[float], now: float) -> None:
-        """Take in how far a sensor's reports have come, whatever its clock shows."""
-        first, last, _, course = told
-        farthest = self._farthest[-1][1]
-        pause = first - self._last.get(name, inf)
-        # Who was silent, or whose clock was set, goes on from where the others are.
-        come = self._course[name] + pause if 0.0 <= pause < STRANGE else farthest
-        self._course[name] = come + min(course, last - first)
-        if self._course[name] > farthest:
-            self._farthest.append((now, self._course[name]))
+    def _go_on(self, told: Mapping[str, Sequence[float]], now: float) -> None:
+        """Take in how far sensors' reports have come, whatever their clocks show."""
+        start, is_first = self._farthest[-1][1], not self._course
+        for name, (first, last, _, course) in told.items():
+            known, high = self._course.get(name, start), self._high.get(name, -inf)
+            if abs(first - high) < STRANGE:
+                # What overlaps or comes out of order is no progress.
+                gone = max(min(last - high, course + max(first - high, 0.0)), 0.0)
+                self._course[name], self._high[name] = known + gone, high + gone
+            else:
+                # Who was silent, or whose clock was set, goes on from where the others are.
+                self._course[name] = start + (course if is_first else 0.0)
+                self._high[name] = last
+        if (farthest := max(self._course.values(), default=0.0)) > start:
+            self._farthest.append((now, farthest))
         while len(self._farthest) > 1 and self._farthest[1][0] <= now - IN_PACE:
             self._farthest.popleft()
 
@@ -125,7 +134,7 @@ class Delays:
             silent, overtaken = now - self.heard[name] + AHEAD, self.overtaken(name, now)
             # A time that cannot be, or a clock that was set, closes nothing that may still come; a
             # recording that is sent faster than it was made is not held up by who fell silent.
-            ahead = overtaken if overtaken > silent else min(until - told[name], silent)
+            ahead = overtaken if overtaken > FAST * silent else min(until - told[name], silent)
             found[name] = told[name] + ahead
         return found
 
