@@ -137,7 +137,7 @@ def test_a_trial_counts_pieces_too_short_to_show_a_break(
     values = track(reports(turning=False)).values
     table, settings, doubts = values.reports, values.settings, motion_check.MotionDoubts()
     found = [motion_check._Breaks(number, 3.0, 50.0, 1.0) for number in (8, 5)]
-    monkeypatch.setattr(motion_check, "_breaks", lambda _: found.pop(0))
+    monkeypatch.setattr(motion_check, "_breaks", lambda _, are_both_sure: found.pop(0))
     # Every object is five pieces at first.
     pieces = np.arange(len(table)) * 40 // len(table)
     assert doubts.contradict(table, settings, pieces, at_end=True)

@@ -142,7 +142,11 @@ class MotionDoubts:
         if trial is None and not self._used and not _is_open(case):
             self._due = np.inf
             return False
-        found = _breaks(case)
+        # Of what somebody told both tracks of a break are to be sure, in its trial too.
+        self._is_told = settings.sources.get(KEY) == "file" or (
+            trial is not None and self._is_told
+        )
+        found = _breaks(case, are_both_sure=self._is_told)
         if trial is not None:
             self._tried, self._left = process, found.number
             is_right = self._is_better(trial, case, found)
@@ -150,7 +154,7 @@ class MotionDoubts:
                 trial, is_right=is_right
             )
         self._due = 2 * n_assigned
-        self._is_told, self._told = settings.sources.get(KEY) == "file", process
+        self._told = process
         if not self._is_worth_a_trial(case, found, process):
             return False
         level = max(found.process, TIMES * process) if self._used else found.process
@@ -261,7 +265,7 @@ def _is_open(case: Case) -> bool:
     return settings.sources.get(KEY) == "file" and not is_trusted
 
 
-def _breaks(case: Case) -> _Breaks:
+def _breaks(case: Case, *, are_both_sure: bool) -> _Breaks:
     """Return how many tracks end where another begins, and of what process noise they speak."""
     groups = [own for own in case.tracks_of(SHORTEST) if np.isfinite(case.position[own]).all()]
     if len(groups) < FEWEST_BREAKS:
@@ -277,9 +281,8 @@ def _breaks(case: Case) -> _Breaks:
     late = time[begins][None, :] - time[ends][:, None]
     fits = (late <= AFTER * pause[:, None]) & (late >= -BEFORE * pause[:, None])
     fits &= is_end[:, None] & is_begin[None, :] & ~np.eye(len(groups), dtype=bool)
-    # Of what somebody told both are to be sure: behind others objects come and go in pieces.
-    is_told = case.settings.sources.get(KEY) == "file"
-    fits &= (is_sure[:, None] & is_sure) if is_told else (is_sure[:, None] | is_sure)
+    # Behind others objects come and go in pieces.
+    fits &= (is_sure[:, None] & is_sure) if are_both_sure else (is_sure[:, None] | is_sure)
     own = max((case.plane_sigma(i) for i in case.examined if case.tells_place(i)), default=0.0)
     fastest = np.maximum(speed[:, None], speed[None, :])
     reach = SIGMAS * own + fastest * (np.abs(late) + pause[:, None])
