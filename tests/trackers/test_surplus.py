@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from oracles.scenes import MOTION, run, scan, sensor
 from trackweave.trackers.lifecycle import Lifecycle
@@ -59,6 +60,36 @@ def test_the_doubts_of_two_that_are_apart_do_not_end_the_one_between_them():
 def test_nobody_and_one_alone_are_never_too_many():
     assert surplus(*at(), np.empty(0)).shape == (0,)
     assert not surplus(*at(0.0), np.array([0.5])).any()
+
+
+def by_definition(position, covariance, chance):
+    """Lower the weakest first, each beside whom its place may be that of."""
+    away = position[:, None] - position[None, :]
+    spread = covariance[:, None] + covariance[None, :]
+    square = np.einsum("ijk,ijk->ij", away, np.linalg.solve(spread, away[..., None])[..., 0])
+    is_beside = square <= scipy.stats.chi2(position.shape[1]).ppf(0.99)
+    shown = chance >= 0.5
+    followed = shown.copy()
+    for row in sorted(np.flatnonzero(shown), key=lambda row: chance[row]):
+        beside = is_beside[row]
+        is_weakest = np.all(chance[beside & shown] >= chance[row])
+        if is_weakest and (beside & shown).sum() - chance[beside].sum() > 0.5:
+            shown[row] = False
+    return followed & ~shown
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_crowds_of_any_shape_are_thinned_as_defined(dim):
+    rng, n_surplus = np.random.default_rng(dim), 0
+    for _ in range(50):
+        position = rng.normal(0.0, 8.0, (20, dim))
+        root = rng.normal(0.0, 1.5, (20, dim, dim))
+        covariance = root @ root.transpose(0, 2, 1) + 0.1 * np.eye(dim)
+        chance = rng.uniform(0.3, 1.0, 20)
+        told = surplus(position, covariance, chance)
+        assert told.tolist() == by_definition(position, covariance, chance).tolist()
+        n_surplus += told.sum()
+    assert n_surplus > 20
 
 
 def test_where_one_of_four_that_meet_ends_three_are_shown():

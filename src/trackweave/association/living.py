@@ -1,6 +1,7 @@
 """How probable it is that the object of a sequence still lives."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -36,9 +37,12 @@ def log_weights(
     return np.log(both) - cost, living / both
 
 
-def usual_interval(rhythm: FloatArray) -> float:
+def usual_interval(rhythms: Sequence[tuple[FloatArray, IntArray]]) -> float:
     """Return within how long nearly every object reports itself again [s], 0 for unknown."""
-    known = rhythm[rhythm[:, COUNT] >= MOST_COUNT, INTERVAL]
+    # Of rooms the rhythms and an object's row each. Most have none, where sensors look by turns.
+    known = np.concatenate([
+        rhythm[rows[rhythm[rows, COUNT] >= MOST_COUNT], INTERVAL] for rhythm, rows in rhythms
+    ])  # fmt: skip
     return math.exp(float(np.quantile(known, NEARLY_ALL))) if known.size >= FEWEST else 0.0
 
 
@@ -47,7 +51,9 @@ def intervals_since(rhythm: FloatArray, rows: IntArray, time: float, usual: floa
     # Whose few reports tell little of its interval is taken for one of the others, whose
     # interval is the ``usual`` one [s].
     since, count = np.zeros(rows.shape[0]), rhythm[rows, COUNT]
-    is_known = (count > 0.0) | ((usual > 0.0) & (rhythm[rows, SENSOR] >= 0.0))
+    is_known = count > 0.0
+    if usual > 0.0:
+        is_known |= rhythm[rows, SENSOR] >= 0.0
     if not is_known.any():
         return since
     heard = np.flatnonzero(is_known)

@@ -105,11 +105,10 @@ def _live_leaves(
 
 def _usual_interval(tree: AssociationTree, inactive: InactiveClusters) -> float:
     """Return within how long nearly every live track's object reports itself again [s]."""
-    known = [
-        nodes.rhythm[np.flatnonzero(nodes.chosen[:count] == 1)]
+    return usual_interval([
+        (nodes.rhythm, np.flatnonzero(nodes.chosen[:count] == 1))
         for nodes, _, count in _rooms(tree, inactive)
-    ]
-    return usual_interval(np.concatenate(known))
+    ])  # fmt: skip
 
 
 def _rooms(tree: AssociationTree, inactive: InactiveClusters) -> tuple[Room, Room]:
