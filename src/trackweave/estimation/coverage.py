@@ -58,16 +58,21 @@ def reach_of_bearings(platform: FloatArray) -> float:
 
 
 def fields_of_view(
-    reports: ReportTable, platform: FloatArray, standing: Collection[str]
+    reports: ReportTable,
+    platform: FloatArray,
+    standing: Collection[str],
+    told: Collection[str] = (),
 ) -> dict[str, FieldOfView]:
     """Return where sensors see whose reports end although those of others go on."""
     # Silence tells of an edge only where others see something beyond it. All of a sensor's own
     # reports lie inside, but for a few that stand alone far off. ``platform`` is where each
     # report's sensor was, x, y first [m]. Sensors that are known to be standing see so far, and in
     # a sector where others see more in the rest; what others see lies in the hull of their
-    # reports. A sensor without an edge is left out.
+    # reports. A sensor without an edge is left out, and those of which it is told.
     found = {}
     for index, name in enumerate(reports.sensors):
+        if name in told:
+            continue
         own = np.flatnonzero(reports.sensor == index)
         if own.size < FEWEST:
             continue

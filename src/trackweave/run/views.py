@@ -34,7 +34,8 @@ def with_views(
     if len(reports.sensors) < 2:
         return observed
     standing = {*places, *(name for name, seen in observed.items() if seen.says_where)}
-    views = fields_of_view(reports, platforms_of(reports, places), standing)
+    told = [name for name in reports.sensors if "field_of_view" in configuration.sensor(name)]
+    views = fields_of_view(reports, platforms_of(reports, places), standing, told)
     return _viewing(observed, views, configuration)
 
 
