@@ -66,3 +66,24 @@ def test_a_thread_that_begins_with_anothers_report_tells_its_noise() -> None:
     position[0] += 700.0
     found = lone_reports(time, position, Threads([np.arange(40)], 40), None)
     assert found.sigma == pytest.approx(5.0, rel=0.3)
+
+
+def drifting(seed: int = 1) -> tuple[FloatArray, FloatArray, FloatArray, Threads]:
+    """Return reports of drifters in loops of 17 h: times, places, their own noise, and whose."""
+    rng = np.random.default_rng(seed)
+    time = np.sort(rng.uniform(0.0, 25 * 86400.0, 1000))
+    who = rng.integers(0, 5, time.size)
+    turn = rng.uniform(0.0, 2.0 * np.pi, 5)[who] + 2.0 * np.pi * time / 61_200.0
+    place = 1950.0 * np.stack([np.sin(turn), np.cos(turn)], axis=1)
+    place += rng.uniform(-3e5, 3e5, (5, 2))[who] + 0.1 * time[:, None]
+    own = rng.choice([150.0, 350.0, 1000.0, 3000.0], time.size)[:, None] * np.ones(2)
+    threads = [np.flatnonzero(who == each) for each in range(5)]
+    return time, place + own * rng.normal(size=place.shape), own, Threads(threads, time.size)
+
+
+def test_motion_beside_noise_that_reports_tell_themselves_is_what_they_do() -> None:
+    time, place, own, threads = drifting()
+    found = lone_reports(time, place, threads, float(np.median(own)), own)
+    # A loop's velocity turns by some 0.2 m/s from report to report.
+    assert found.process_noise is not None
+    assert 1e-6 < found.process_noise < 2e-5

@@ -167,7 +167,7 @@ def test_errors_of_wide_tails_are_no_motion_over_longer_steps() -> None:
     time = np.broadcast_to(1.0 * np.arange(N_SCANS), (N_CHAINS, N_SCANS))
     place = 80.0 * time[..., None] + 40.0 * rng.standard_t(2.0, (N_CHAINS, N_SCANS, 2))
     found = noise_of_chains(time, place, 20.0, 1e-9, fixed=True, follows_turns=False)
-    sigma, process = noise_of_longer_steps(time, place, found, 1e-9, fixed=True)
+    sigma, process = noise_of_longer_steps((time, place, once(time)), found, 1e-9, fixed=True)
     assert sigma == 20.0
     assert process < found[1] / 16
 
@@ -175,4 +175,20 @@ def test_errors_of_wide_tails_are_no_motion_over_longer_steps() -> None:
 def test_motion_is_motion_over_longer_steps() -> None:
     time, place = chains(swing=0.0, turning=100.0)
     found = noise_of_chains(time, place, 2.0, 1e-5, follows_turns=False)
-    assert noise_of_longer_steps(time, place, found, 1e-5) == found
+    assert noise_of_longer_steps((time, place, once(time)), found, 1e-5) == found
+
+
+def once(time: FloatArray) -> FloatArray:
+    """Return that each report has the usual noise."""
+    return np.ones(time.shape)
+
+
+def test_who_circles_is_no_calmer_over_longer_steps() -> None:
+    # A loop takes six reports; every fourth of them is anywhere on it.
+    rng = np.random.default_rng(4)
+    time = np.broadcast_to(3.0 * np.arange(N_SCANS), (N_CHAINS, N_SCANS))
+    phase = rng.uniform(0.0, 2.0 * np.pi, (N_CHAINS, 1)) + time * 2.0 * np.pi / 18.0
+    place = 100.0 * np.stack([np.sin(phase), np.cos(phase)], axis=2)
+    place += 4.0 * time[..., None] + rng.normal(0.0, 20.0, place.shape)
+    found = noise_of_chains(time, place, 20.0, 1e-9, fixed=True, follows_turns=False)
+    assert noise_of_longer_steps((time, place, once(time)), found, 1e-9, fixed=True) == found

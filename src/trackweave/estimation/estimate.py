@@ -207,7 +207,8 @@ def _kinematic(
         found = replace(found, sensor=replace(found.sensor, scans=scans))
         return _in_scans(found, reports, index) if scans else found
     position = reports.measurement[rows]
-    lone = lone_reports(reports.time[rows], position, threads, sigma)
+    own = reports.sigma[rows, : reports.dim]
+    lone = lone_reports(reports.time[rows], position, threads, sigma, own)
     note = note_on_lone(lone, seen, is_told=is_told)
     found = _of_lone(lone, note, position, sigma)
     if threads.is_whole:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -112,10 +113,25 @@ def judged(
     return looking(reports.time[rows], threads.rows), threads, rows
 
 
+class _Reports(NamedTuple):
+    """When and where reports are, and how many times the usual noise each has."""
+
+    time: FloatArray
+    position: FloatArray
+    scale: FloatArray | None  # None where nothing tells that it is another than usual
+
+
 def lone_reports(
-    time: FloatArray, position: FloatArray, threads: Threads, sigma: float | None
+    time: FloatArray,
+    position: FloatArray,
+    threads: Threads,
+    sigma: float | None,
+    own: FloatArray | None = None,
 ) -> LoneReports:
     """Return what threads tell of a sensor that does not look; sigma [m] where it is known."""
+    # ``own`` is the noise along each axis that reports tell themselves [m], shape (reports, dim),
+    # NaN for none.
+    reports = _Reports(time, position, _scales(own, sigma))
     span = max(float(np.ptp(time)), 1e-9)
     objects = threads.lasting(OF_OBJECTS)
     lived = sum(float(time[rows[-1]] - time[rows[0]]) for rows in objects)
@@ -134,11 +150,11 @@ def lone_reports(
     if sum(rows.size for rows in quick) < LEAST_REPORTS:
         quick = lasting
     told = sigma
-    sigma, process = _told_noise(time, position, quick, told, rate)
+    sigma, process = _told_noise(reports, quick, told, rate)
     rest = noise_at_rest(time, position, quick) if threads.is_whole and told is None else None
     if sigma is not None and rest is not None and UNTOLD * sigma < rest:
         # What moves as no process noise says can make a noise of next to none the likeliest.
-        sigma, process = _noise(time, position, quick, rest, rate)
+        sigma, process = _noise(reports, quick, rest, rate)
     speed = _speed(time, position, lasting, USUALLY if not threads.is_whole else AT_MOST)
     if threads.is_whole and speed is not None:
         speed = max(speed, fastest_step(time, position, lasting, sigma or 0.0, pause))
@@ -146,8 +162,8 @@ def lone_reports(
     if sigma is not None and len(moving) < len(quick):
         # Of those that stand, the noise of movement is none.
         of = _noise if told is None else _told_noise
-        own = of(time, position, moving, sigma, rate)[1]
-        process = process if own is None else AGILE * own
+        moved = of(reports, moving, sigma, rate)[1]
+        process = process if moved is None else AGILE * moved
     if threads.is_whole and process is not None and sigma is not None:
         # Who is known by name is followed however seldom it sets out.
         starts = process_of_starts(time, position, lasting, sigma, 0.5 * pause)
@@ -206,39 +222,44 @@ def _stands(
     return bool(moved < STANDING * ((sigma or 0.0) / square**0.5 + SLOW * (speed or 0.0)))
 
 
+def _scales(own: FloatArray | None, sigma: float | None) -> FloatArray | None:
+    """Return how many times the usual noise each report has; None where all have the usual."""
+    if own is None or sigma is None:
+        return None
+    level = np.sqrt(np.mean(own**2, axis=1))
+    scale = np.nan_to_num(level / sigma, nan=1.0)
+    return scale if np.any(scale != 1.0) else None
+
+
 def _told_noise(
-    time: FloatArray,
-    position: FloatArray,
-    threads: list[IntArray],
-    told: float | None,
-    false_rate: float,
+    reports: _Reports, threads: list[IntArray], told: float | None, false_rate: float
 ) -> tuple[float | None, float | None]:
     """Return sigma, that told where there is one, and process noise along threads."""
-    sigma, process = _noise(time, position, threads, None, false_rate)
-    most = _scatter(time, position, threads)
+    sigma, process = _noise(reports, threads, None, false_rate)
+    most = _scatter(reports.time, reports.position, threads) if reports.scale is None else None
     if sigma is not None and most is not None and sigma > most:
         # Threads that change from one object to another lie off by more than noise.
-        sigma, process = _noise(time, position, threads, most, false_rate)
+        sigma, process = _noise(reports, threads, most, false_rate)
     if told is None:
         return sigma, process
     # Beside a noise that is told, such changes would seem to be turns.
-    beside = _noise(time, position, threads, told, false_rate)[1]
+    beside = _noise(reports, threads, told, false_rate)[1]
     known = [each for each in (process, beside) if each is not None]
     return told, min(known, default=None)
 
 
 def _noise(
-    time: FloatArray,
-    position: FloatArray,
-    threads: list[IntArray],
-    sigma: float | None,
-    false_rate: float,
+    reports: _Reports, threads: list[IntArray], sigma: float | None, false_rate: float
 ) -> tuple[float | None, float | None]:
     """Return sigma and process noise along threads, as they are where these are too few."""
+    time, position, scale = reports
     chains = [_without_wild_ends(time, position, rows) for rows in threads[:MOST_CHAINS]]
     if sum(rows.size for rows in chains) < LEAST_REPORTS:
         return sigma, None
     times, places = arrays_of((time[rows], position[rows]) for rows in chains)
+    scales = np.ones(times.shape)
+    if scale is not None:
+        scales = arrays_of((time[rows], scale[rows, None]) for rows in chains)[1][..., 0]
     start = sigma
     if start is None:
         bends = places[:, 2:] - 2 * places[:, 1:-1] + places[:, :-2]
@@ -248,9 +269,9 @@ def _noise(
     spread = float(np.prod(np.maximum(np.ptp(position, axis=0), 1e-9)))
     density, fixed = max(false_rate, 1e-6) / spread, sigma is not None
     found = noise_of_chains(
-        times, places, max(start, 1e-9), density, fixed=fixed, follows_turns=False
+        times, places, max(start, 1e-9), density, fixed=fixed, follows_turns=False, scale=scales
     )
-    return noise_of_longer_steps(times, places, found, density, fixed=fixed)
+    return noise_of_longer_steps((times, places, scales), found, density, fixed=fixed)
 
 
 def _without_wild_ends(time: FloatArray, position: FloatArray, rows: IntArray) -> IntArray:

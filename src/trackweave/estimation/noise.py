@@ -194,8 +194,7 @@ def calm_noise(
 
 
 def noise_of_longer_steps(
-    time: FloatArray,
-    position: FloatArray,
+    chains: tuple[FloatArray, FloatArray, FloatArray],
     noise: tuple[float, float],
     density: float,
     *,
@@ -204,13 +203,20 @@ def noise_of_longer_steps(
     """Return sigma and process noise over longer steps where these are of far calmer objects."""
     # Of reports whose errors have wide tails, and of chains that change from one object to
     # another, what seems to be acceleration falls with the cube of the step; that of an object
-    # does not. Sigma stays that of all steps. ``noise`` is that; the rest as ``noise_of_chains``.
-    thinned = _thinned((time, position, np.ones(time.shape)), STRIDE)
+    # does not. Sigma stays that of all steps. ``noise`` is that; the rest as ``noise_of_chains``, of
+    # ``chains`` times, positions and scales.
+    thinned = _thinned(chains, STRIDE)
     if thinned is None:
         return noise
     sigma, process = _fitted(thinned, noise[0], density, fixed=fixed)
-    is_calmer = process * FAR_CALMER < noise[1] and sigma < WIDER * noise[0]
-    return (noise[0], process) if is_calmer else noise
+    if process * FAR_CALMER >= noise[1]:
+        return noise
+    if not fixed:
+        return (noise[0], process) if sigma < WIDER * noise[0] else noise
+    # Noise that is kept out, and seems to be motion, leaves little motion where it is let in. Who
+    # circles moves all the same, though longer steps bring it back to where it was.
+    motion = _fitted(_gathered(*chains), noise[0], density)[1]
+    return (noise[0], process) if motion * CALMER < noise[1] else noise
 
 
 def _thinned(chains: tuple[FloatArray, FloatArray, FloatArray], stride: int) -> _Chains | None:
