@@ -102,3 +102,15 @@ def test_a_sea_makes_few_tracks_and_no_turns():
     motion = result.run["configuration"]["motion"]
     assert motion["process_noise"] < 1.0
     assert result.run["configuration"]["sensors"]["default"]["echoes"]
+
+
+def test_where_three_at_a_time_stand_in_turn_is_no_place():
+    time, place, whose = scene(sea=0.0, objects=3)
+    rng = np.random.default_rng(3)
+    there = np.flatnonzero((np.arange(120) % 30 < 12) & (rng.random(120) < 0.95)).astype(float)
+    there = np.repeat(there, 3)
+    stands = AT + rng.normal(0.0, SIGMA, (there.size, 2))
+    both = np.concatenate([time, there]), np.concatenate([place, stands])
+    told = *both, np.concatenate([whose, np.full(there.size, -1)])
+    order = np.argsort(told[0], kind="stable")
+    assert learned(tuple(each[order] for each in told)).echoes == ()

@@ -16,7 +16,7 @@ PLACE = (1000.0, 2000.0)
 NOBODY = table(np.array([0.0]), np.array([PLACE])), ()
 
 
-def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0, *, at_rest=False):
+def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0, stays=0, *, at_rest=False):
     """Return the places found beside aircraft, of one at 20 km, due east, and when it is there."""
     rng = np.random.default_rng(4)
     moments = 4.0 * np.arange(n_scans)
@@ -24,6 +24,9 @@ def found(spread=3.0, share=0.4, n_scans=120, last=1.0, drift=0.0, *, at_rest=Fa
     step = 200.0 * np.stack([np.sin(heading), np.cos(heading)], axis=1)
     air = (start + step * moments[:, None, None]).reshape(-1, 2)
     there = (rng.random(n_scans) < share) & (moments <= last * moments[-1])
+    if stays:
+        # Of every so many scans the first are full, but for one in twenty.
+        there = (np.arange(n_scans) % stays < share * stays) & (rng.random(n_scans) < 0.95)
     distance = 20e3 + drift * moments + SIGMA[0] * spread * rng.normal(size=n_scans)
     azimuth = np.pi / 2 + SIGMA[1] * spread * rng.normal(size=n_scans)
     echo = distance[:, None] * np.stack([np.sin(azimuth), np.cos(azimuth)], axis=1)
@@ -121,12 +124,15 @@ def test_neither_is_what_leaves_or_moves_or_is_seen_too_little(odd):
 
 
 def on_plane(
-    share: float, n_scans: int = 120, *, at_rest: bool = False
+    share: float, n_scans: int = 120, stays: int = 0, *, at_rest: bool = False
 ) -> tuple[tuple[float, ...], ...]:
     """Return the places found where positions of 5 m come from one place, sure tracks left out."""
     rng = np.random.default_rng(5)
     moments = np.arange(float(n_scans))
-    there = moments[rng.random(n_scans) < share]
+    is_there = rng.random(n_scans) < share
+    if stays:
+        is_there = (np.arange(n_scans) % stays < share * stays) & (rng.random(n_scans) < 0.95)
+    there = moments[is_there]
     place = np.array([300.0, -200.0]) + rng.normal(0.0, 20.0, (there.size, 2))
     sensor = SensorEstimate(1.0, 5.0, 0.9, 1e-7, 1e8, 4.0)
     guess = Estimates({"A": sensor}, 0.1, 20.0, 1e-9, 1e-8)
@@ -140,6 +146,13 @@ def test_a_place_on_the_plane_is_found_with_its_spread_and_number():
     assert (x, y) == (pytest.approx(300.0, abs=10.0), pytest.approx(-200.0, abs=10.0))
     assert spread == pytest.approx(20.0, rel=0.5)
     assert count == pytest.approx(0.3, rel=0.4)
+
+
+@pytest.mark.parametrize("places", [found, on_plane])
+def test_objects_that_stand_in_turn_are_none(places):
+    # Trains in a station, aircraft at a stand: seen seldom in all, but in scan after scan.
+    assert places(share=0.4, stays=30) == ()
+    assert len(places(share=0.4, stays=30, at_rest=True)) == 1
 
 
 def test_what_wags_there_in_every_scan_is_an_object():

@@ -15,6 +15,7 @@ from trackweave.domain.reports import ReportTable
 from trackweave.estimation.estimates import Estimates, SensorEstimate, digits
 from trackweave.estimation.heard_at_rest import REACH, heard_at_rest
 from trackweave.estimation.refine import Followed, sure_tracks
+from trackweave.estimation.standing import are_in_turn, looks_of
 from trackweave.estimation.trees import n_within, tree_of
 
 __all__ = ["with_clutter_places"]
@@ -63,15 +64,23 @@ def with_clutter_places(
                 is_false &= (
                     n_within(tree_of(heard), reports.measurement, REACH * found.plane_sigma) == 0
                 )
-        sensors[name] = _with_places(found, reports.measurement[is_false], n_scans, narrowest)
+        rows = np.flatnonzero(is_false)
+        looks = looks_of(reports, rows, followed.looks[name]), n_scans
+        sensors[name] = _with_places(found, reports.measurement[rows], looks, narrowest)
     return replace(estimates, sensors=sensors)
 
 
 def _with_places(
-    sensor: SensorEstimate, place: FloatArray, n_scans: int, narrowest: float
+    sensor: SensorEstimate, place: FloatArray, looks: tuple[IntArray, int], narrowest: float
 ) -> SensorEstimate:
     """Return a sensor whose false alarms are dense at some places."""
-    cells = _cells(place, n_scans, sensor.clutter_density, narrowest)
+    # ``looks`` are in which look each is, and how many there are.
+    look, n_scans = looks
+    cells = [
+        cell
+        for cell in _cells(place, n_scans, sensor.clutter_density, narrowest)
+        if not are_in_turn(look[_about(place, cell, narrowest)], n_scans, sensor)
+    ]
     if not cells:
         # What an earlier round took for dense has been followed since, if anything.
         return replace(sensor, echoes=())
@@ -90,6 +99,13 @@ def _with_places(
         echoes=bells,
         clutter_density=digits(sensor.clutter_density * max(rest, 0.05)),
     )
+
+
+def _about(place: FloatArray, cell: NDArray[np.intp], narrowest: float) -> NDArray[np.intp]:
+    """Return the rows about a cell and over its border, which parts what stands there."""
+    reach = max(float(np.ptp(place[cell], axis=0).max()), narrowest)
+    away = np.linalg.norm(place - place[cell].mean(axis=0), axis=1)
+    return np.flatnonzero(away <= reach)
 
 
 def _cells(

@@ -2,7 +2,8 @@
 
 Their reports lie together and come all the time, and are no object that stands: they scatter more
 than its noise would let them, or come far more seldom than objects are seen. Where many objects
-pass, as on the ways of a holding stack, reports come all the time as well, and are theirs.
+pass, as on the ways of a holding stack, reports come all the time as well, and are theirs; and
+where objects stand for a while, as trains in a station, one is there in scan after scan.
 """
 
 import math
@@ -22,7 +23,7 @@ from trackweave.estimation.heard_at_rest import REACH, heard_at_rest
 from trackweave.estimation.refine import Track
 from trackweave.estimation.trees import all_within, n_within, tree_of
 
-__all__ = ["with_seldom", "with_standing"]
+__all__ = ["are_in_turn", "looks_of", "with_seldom", "with_standing"]
 
 # Reports this near one another, in standard deviations of range and azimuth, are of one place.
 NEAR = 8.0
@@ -31,6 +32,9 @@ FEWEST, LEAST_SHARE, PARTS, FEWEST_SCANS = 7, 0.06, 4, 30
 # An object that stands is seen this near its place in more than this share of the scans in which
 # objects are; what scatters twice as far as noise does is not.
 OWN, SELDOM = 2.5, 0.5
+# Where one report follows another from scan to scan as often, but for this share, as objects are
+# seen, they stand in turn, unless false alarms stay for a while themselves.
+IN_TURN = 0.8
 # What moves through a place, by so much at least, scatters about a straight way by noise alone.
 MOVED, STEADY = 3.0, 1.5
 # Where its width begins to count it is looked at both ways.
@@ -45,7 +49,7 @@ MOST_PLACES = 200
 LOWEST = 0.02
 
 _Places: TypeAlias = tuple[tuple[float, ...], ...]
-_Moments: TypeAlias = tuple[FloatArray | IntArray, FloatArray]
+_Moments: TypeAlias = tuple[IntArray, FloatArray]
 """The number of each report's scan, and its time [s]."""
 _Followed: TypeAlias = tuple[ReportTable, Sequence[Track]]
 """A stretch of the reports, and its sure tracks."""
@@ -75,8 +79,9 @@ def with_standing(
             away = reports.measurement[rows] - stands
             passers = _Passers.of(followed, name, stands[0], np.array(found.sigma)[:2])
             seen_from = _SeenFrom(stands[0], passers, at_rest)
+            look = looks_of(reports, rows, np.unique(reports.time[rows]))
             standing = _of_ranges(
-                found, components(away[:, :2]), _moments(reports, rows), seen_from
+                found, components(away[:, :2]), (look, reports.time[rows]), seen_from
             )
             standing = _unheard(standing, heard, found)
             sensors[name] = _with(found, _in_columns(standing, away))
@@ -110,7 +115,8 @@ def with_seldom(
         found, rows = sensors.get(name), np.flatnonzero(unexplained.sensor == index)
         if found is None or found.scans is False or unexplained.dim != 2 or not rows.size:
             continue
-        place, moments = unexplained.measurement[rows], _moments(unexplained, rows)
+        look = looks_of(unexplained, rows, looks[name])
+        place, moments = unexplained.measurement[rows], (look, unexplained.time[rows])
         standing = _of_plane(found, place, moments, looks[name].size, at_rest=at_rest)
         sensors[name] = _with(found, _unheard(standing, heard, found))
     return replace(estimates, sensors=sensors)
@@ -125,9 +131,19 @@ def _unheard(standing: _Places, heard: FloatArray, sensor: SensorEstimate) -> _P
     )
 
 
-def _moments(reports: ReportTable, rows: IntArray) -> _Moments:
-    scan = reports.look
-    return scan[rows], reports.time[rows]
+def looks_of(reports: ReportTable, rows: IntArray, looks: FloatArray) -> IntArray:
+    """Return in which of its looks a sensor made some reports; ``looks`` are when they were."""
+    return (
+        reports.scan[rows] if reports.scan is not None else looks.searchsorted(reports.time[rows])
+    )
+
+
+def are_in_turn(look: IntArray, n_looks: int, sensor: SensorEstimate) -> bool:
+    """Tell whether reports at a place are of objects that stand there for a while each."""
+    seen = np.unique(look)
+    follow = float(np.isin(seen + 1, seen).mean())
+    known = IN_TURN * sensor.detection_probability
+    return sensor.clutter_persistence == 0.0 and follow >= known > seen.size / n_looks
 
 
 def _with(sensor: SensorEstimate, standing: _Places) -> SensorEstimate:
@@ -151,7 +167,10 @@ def _of_plane(
     return tuple(
         _written(each.middle * sigma, max(float(each.spread.max()), 1.0) * sigma, each.number)
         for each in _repeated(place / sigma, moments, n_scans, at_rest=at_rest)
-        if (each.share <= most or (at_rest and each.moved < MOVED))
+        if (
+            (each.share <= most and (at_rest or not are_in_turn(each.look, n_scans, sensor)))
+            or (at_rest and each.moved < MOVED)
+        )
         and each.number > DENSER * usual
     )[:MOST_PLACES]
 
@@ -187,6 +206,8 @@ def _of_ranges(
         own = 1.0 - passers.share(each.middle)
         if each.moved >= MOVED and each.rest <= STEADY and each.share * n_scans >= seen:
             # As exact and as often seen as objects are, and moving slowly.
+            continue
+        if not at_rest and are_in_turn(each.look, n_scans, sensor):
             continue
         others = left.size / n_scans - each.number
         is_loose = float(each.spread.max()) > LOOSE * NEAR and own * each.number <= holds * others
@@ -272,6 +293,7 @@ class _Repeated(NamedTuple):
     spread: FloatArray
     number: float  # Reports a scan
     share: float  # Of the scans that have one
+    look: IntArray  # In which scan each report is
     moved: float  # Along a straight way through it
     rest: float  # Spread about that way
 
@@ -315,5 +337,6 @@ def _repeated(
         n_seen = np.unique(scan[near]).size
         if n_seen >= enough and np.unique(part[near]).size == PARTS:
             way = _way(scaled[near], elapsed[near], part[near])
-            places.append(_Repeated(middle, spread, near.size / n_scans, n_seen / n_scans, *way))
+            number, share = near.size / n_scans, n_seen / n_scans
+            places.append(_Repeated(middle, spread, number, share, scan[near], *way))
     return places
