@@ -211,9 +211,8 @@ def _kinematic(
     lone = lone_reports(reports.time[rows], position, threads, sigma, own)
     note = note_on_lone(lone, seen, is_told=is_told)
     found = _of_lone(lone, note, position, sigma)
-    if threads.is_whole:
-        return found
-    wild = replace(found.sensor, tail_share=WILD_SHARE, tail_scale=WILD_SCALE)
+    share, scale = (WILD_SHARE, WILD_SCALE) if not threads.is_whole else (lone.tail or (0.0, 1.0))
+    wild = replace(found.sensor, tail_share=digits(share, 3), tail_scale=digits(scale, 3))
     return replace(found, sensor=wild)
 
 

@@ -1,7 +1,7 @@
 """What the reports of a sensor tell that does not look: AIS, position reports, tags."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +26,7 @@ from trackweave.estimation.noise import (
 )
 from trackweave.estimation.place_spacing import AS_NOISE, spacing_of_places
 from trackweave.estimation.stop_and_go import fastest_step, noise_at_rest, process_of_starts
+from trackweave.estimation.there_and_back import there_and_back
 from trackweave.estimation.threads import SHORTEST, Threads, once, threads_of
 
 __all__ = ["LoneReports", "fastest_below", "judged", "lone_reports", "middle_of"]
@@ -75,6 +76,8 @@ class LoneReports:
     quick_pause: float
     slow_pause: float  # Of those that report most seldom: of a tenth it is more [s]
     standing: float  # Share of the objects' time for which they stand still
+    # Share and scale of reports that are wild; None where none tell, or nothing says of whom.
+    tail: tuple[float, float] | None = None
 
 
 def middle_of(reports: ReportTable, sensor: int) -> IntArray:
@@ -132,6 +135,11 @@ def lone_reports(
     # ``own`` is the noise along each axis that reports tell themselves [m], shape (reports, dim),
     # NaN for none.
     reports = _Reports(time, position, _scales(own, sigma))
+    tail = None
+    if threads.is_whole:
+        # Where it is told whose reports are, what is far beside its own way is no start or turn.
+        is_wild, tail = there_and_back(time, position, threads.lasting(LASTING))
+        threads = replace(threads, rows=[rows[~is_wild[rows]] for rows in threads.rows])
     span = max(float(np.ptp(time)), 1e-9)
     objects = threads.lasting(OF_OBJECTS)
     lived = sum(float(time[rows[-1]] - time[rows[0]]) for rows in objects)
@@ -180,6 +188,7 @@ def lone_reports(
         quick_pause=float(np.quantile(pauses, 0.1)) if pauses else span,
         slow_pause=float(np.quantile(pauses, 0.9)) if pauses else span,
         standing=_standing(time, position, threads.lasting(TOLD), sigma, speed),
+        tail=tail,
     )
 
 

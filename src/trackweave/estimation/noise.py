@@ -203,8 +203,8 @@ def noise_of_longer_steps(
     """Return sigma and process noise over longer steps where these are of far calmer objects."""
     # Of reports whose errors have wide tails, and of chains that change from one object to
     # another, what seems to be acceleration falls with the cube of the step; that of an object
-    # does not. Sigma stays that of all steps. ``noise`` is that; the rest as ``noise_of_chains``, of
-    # ``chains`` times, positions and scales.
+    # does not. Sigma stays that of all steps. ``noise`` is that; the rest as ``noise_of_chains``.
+    # Of ``chains`` there are times, positions and scales.
     thinned = _thinned(chains, STRIDE)
     if thinned is None:
         return noise
