@@ -281,3 +281,26 @@ def test_probabilities_are_those_of_all_choices_where_pairs_make_no_circle():
     table = joins._Pairs(np.arange(3), np.arange(3), end, begin, np.ones(5))
     found = joins._marginals(table, np.array(list(pairs.values())))
     np.testing.assert_allclose(found, marginals_by_hand(3, 3, pairs), rtol=1e-9)
+
+
+def bursting(seed: int = 1) -> tuple[joins.Segments, TrackTable]:
+    """Return balloons that drift, and fall at once in another direction after a while."""
+    rng, rows = np.random.default_rng(seed), []
+    for number in range(4):
+        place = np.array([20e3 * number, 0.0]) + rng.uniform(-1e3, 1e3, 2)
+        burst = rng.uniform(800.0, 1200.0)
+        for time in np.arange(5.0 * number, 1800.0, 10.0):
+            late = max(time - burst, 0.0)
+            velocity = np.array([6.0, 2.0 if late == 0.0 else -45.0])
+            at = place + np.array([6.0 * time, 2.0 * min(time, burst) - 45.0 * late])
+            track = 2 * number + int(late > 0.0)
+            rows.append((time, track, *(at + rng.normal(0, 2, 2)), *velocity))
+    return cut(np.array(sorted(rows)))
+
+
+def test_what_goes_on_as_nobody_did_before_is_one_where_it_can_be():
+    segments, states = bursting()
+    found = joins_of(segments, states)
+    assert found is not None
+    pairs = {(int(segments.track[j.before]), int(segments.track[j.after])) for j in found.found}
+    assert pairs == {(0, 1), (2, 3), (4, 5), (6, 7)}

@@ -26,14 +26,12 @@ from trackweave.trackers.joining.merges import merge_pairs
 from trackweave.trackers.joining.naming import Named
 from trackweave.trackers.joining.places import MOST, Places, Room
 from trackweave.trackers.joining.segments import FIRM, Paths, Segments
-from trackweave.trackers.joining.straying import Straying
+from trackweave.trackers.joining.straying import REACH, SIGMAS, Straying
 
 __all__ = ["Join", "Joins", "joins_of"]
 
 EDGE = 4.0
 """What is so many intervals from the record's end or beginning neither ends nor begins."""
-REACH, SIGMAS = 1.6, 4.0
-"""Nobody comes farther than so many times its speed before or after lets it, but for noise."""
 MOST_ENDS = 100
 """So many of the last ends before a beginning are looked at, which bounds the work."""
 KNOWN_LINK = 2.0

@@ -27,6 +27,11 @@ LEAST_STRAY, LEAST_CHANGE = 0.02, 0.05
 NOWHERE, ANEW = 1e-3, 0.5
 """Who stood is so far from where it was, as a share of the way that it could have gone, and its
 speed (the logarithm) so far from that before."""
+REACH, SIGMAS = 2.0, 4.0
+"""Nobody comes farther than so many times its speed before or after lets it, but for noise."""
+SELDOM = 1e-3
+"""So many do what nobody of the record did while it was followed, such as a balloon that bursts:
+they are anywhere that they can reach."""
 SCALES = np.exp(np.linspace(-25.0, 5.0, 121))
 # SciPy's takes longer to import than all joins of a short run.
 _log_gamma = np.vectorize(lgamma, otypes=[np.float64])
@@ -84,7 +89,20 @@ class Straying:
         )
         stood = _stood(paths, before, after, pace * wait**2)
         anew = _at_rest(change[:, np.newaxis], (unsure + ANEW**2)[:, np.newaxis, np.newaxis])
-        return place + kept, stood + anew
+        anywhere = -_log_ball(self.reach(paths, before, after), dim) + np.log(SELDOM)
+        went = np.logaddexp(place + kept + np.log1p(-SELDOM), anywhere + anew)
+        return went, stood + anew
+
+    @staticmethod
+    def reach(paths: Paths, before: IntArray, after: IntArray) -> FloatArray:
+        """Return how far from the first state's place the second may be [m], pair by pair."""
+        states, dim = paths.states, paths.dim
+        pace = np.exp(paths.speed(before, onwards=False)[0])
+        later = np.exp(paths.speed(after, onwards=True)[0])
+        spread = states.covariance[before] + states.covariance[after]
+        noise = SIGMAS * np.sqrt(np.trace(spread[:, :dim, :dim], axis1=1, axis2=2))
+        wait = states.time[after] - states.time[before]
+        return np.asarray(REACH * np.maximum(pace, later) * wait + noise)
 
     def _at(self, wait: FloatArray, told: FloatArray) -> FloatArray:
         logs = np.log(np.maximum(wait, self.time[0]))
@@ -99,6 +117,11 @@ def _stood(paths: Paths, before: IntArray, after: IntArray, way: FloatArray) -> 
     scale = states.covariance[before, :dim, :dim] + states.covariance[after, :dim, :dim]
     scale[:, np.arange(dim), np.arange(dim)] += (NOWHERE**2 * way)[:, np.newaxis]
     return _at_rest(moved, scale)
+
+
+def _log_ball(radius: FloatArray, dim: int) -> FloatArray:
+    """Return the logarithm of what balls of a radius hold [mᵈ]."""
+    return np.asarray(0.5 * dim * np.log(pi) - lgamma(0.5 * dim + 1.0) + dim * np.log(radius))
 
 
 def _at_rest(off: FloatArray, scale: FloatArray) -> FloatArray:
