@@ -115,6 +115,25 @@ def test_a_large_bias_is_found_too():
     assert used(registration, "clock_offset")["west"] == pytest.approx(3.0, rel=0.05)
 
 
+@pytest.mark.parametrize("names", [("north", "west"), tuple(RADARS)])
+@pytest.mark.parametrize("angle", [4.0, -15.0, 100.0])
+def test_a_north_that_is_far_off_is_found(names, angle):
+    # A magnetic north, a mark that was not set: no track is near those of others.
+    registration = registered(off(sky(names=names), "west", 100.0, angle, 0.5), told(names))
+    found = used(registration, "azimuth_bias_deg")
+    assert (found["west"] - angle + 180.0) % 360.0 - 180.0 == pytest.approx(0.0, abs=0.02)
+    assert found["north"] == pytest.approx(0.0, abs=0.02)
+    assert used(registration, "clock_offset")["west"] == pytest.approx(0.5, rel=0.2)
+
+
+def test_a_north_that_is_trusted_stays():
+    keys = told(("north", "west"))
+    for each in keys["sensors"].values():
+        each |= {"azimuth_bias_deg": 0.0, "trust": ["azimuth_bias_deg"]}
+    registration = registered(off(sky(names=("north", "west")), "west", 0.0, 4.0), keys)
+    assert registration.found is None or not registration.found.bias.any()
+
+
 def elsewhere(name, east, north, names=tuple(RADARS), **more):
     """What is told where one radar is told to stand elsewhere than it does."""
     keys = told(names)

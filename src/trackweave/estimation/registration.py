@@ -26,6 +26,7 @@ from trackweave.estimation.sightings import (
     USUAL_BIASES,
     Sightings,
 )
+from trackweave.estimation.turned_apart import turned_apart
 
 __all__ = ["Registered", "registered"]
 
@@ -101,6 +102,10 @@ def registered(sightings: Sightings, may: NDArray[np.bool_], fastest: float) -> 
     agreed = _agreed(sightings, may & ~moved, fastest)
     if isinstance(agreed, str) and (start := clocks_apart(sightings, may))[0].any():
         agreed = _agreed(sightings, may & ~moved, fastest, start)
+    if isinstance(agreed, str) or _is_lonely(agreed, sightings):
+        start = turned_apart(sightings, may)
+        turned = _agreed(sightings, may & ~moved, fastest, start) if start[0].any() else ""
+        agreed = agreed if isinstance(turned, str) else turned
     if moved.any() and _is_in_doubt(agreed, sightings, moved):
         # Near by it is found as other biases are, far off by the ways of objects.
         for far in (np.zeros(may.shape), displaced(sightings, moved)):
@@ -132,7 +137,11 @@ def _is_in_doubt(agreed: _Agreed | str, sightings: Sightings, moved: NDArray[np.
     """Tell whether a sensor may stand elsewhere than told."""
     if isinstance(agreed, str) or _stands_elsewhere(agreed, moved):
         return True
-    # Of one far off no track is where the others' are.
+    return _is_lonely(agreed, sightings)
+
+
+def _is_lonely(agreed: _Agreed, sightings: Sightings) -> bool:
+    """Tell whether hardly a track of some sensor is where the others' are."""
     every = np.bincount(sightings.sensor, minlength=sightings.n_sensors)
     paired = np.bincount(sightings.sensor[agreed.pieces.row], minlength=sightings.n_sensors)
     share = paired[every > 0] / every[every > 0]

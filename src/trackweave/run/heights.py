@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
@@ -13,6 +14,7 @@ from trackweave.estimation.displaced import displaced
 from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
 from trackweave.estimation.sightings import N_BIASES, Sightings
+from trackweave.estimation.turned_apart import turned_apart
 from trackweave.run.beams import with_beam_places, with_beam_times
 from trackweave.run.biases import told_biases
 from trackweave.run.cartesian_to_polar import with_ranges
@@ -117,12 +119,8 @@ def found_heights(
     is_slant[rows] &= _is_fast(sightings)
     if not is_slant[rows].any():
         return nothing
-    found = heights_of(
-        sightings,
-        level[rows],
-        is_slant[rows],
-        0.0 if reports.frame is None else 1.0 / EARTH_RADIUS_M,
-    )
+    curve = 0.0 if reports.frame is None else 1.0 / EARTH_RADIUS_M
+    found = _heights_or_turns(sightings, level[rows], is_slant[rows], curve)
     filled = rows[is_slant[rows] & np.isfinite(found.height)]
     if not filled.size:
         return replace(nothing, found=found)
@@ -138,6 +136,18 @@ def found_heights(
         n_filled=int(filled.size),
         n_zero=n_zero,
     )
+
+
+def _heights_or_turns(
+    sightings: Sightings, level: FloatArray, is_slant: NDArray[np.bool_], curve: float
+) -> Heights:
+    """Return the heights of objects, those beside norths that are far off where none show."""
+    found = heights_of(sightings, level, is_slant, curve)
+    if found.n_objects or found.is_on_ground:
+        return found
+    every = np.ones((sightings.n_sensors, N_BIASES), dtype=np.bool_)
+    turned, _ = turned_apart(sightings, every)
+    return heights_of(sightings.without(turned), level, is_slant, curve) if turned.any() else found
 
 
 def registered(
