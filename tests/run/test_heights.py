@@ -224,3 +224,42 @@ def test_where_no_track_is_long_enough_no_heights_are_found():
     where = load_configuration(told(("east", "north")))
     heights = found_heights(table, where, elsewhere=True)
     assert (heights.found, heights.n_filled) == (None, 0)
+
+
+def turned_at(frame: pl.DataFrame, when: float, angle: float, ranges: float = 0.0) -> pl.DataFrame:
+    """Return a sky on the ground in which a radar points, and measures, otherwise later on."""
+    flat = (pl.col("range_m") ** 2 - pl.col("height_m").fill_null(0.0) ** 2).clip(1.0).sqrt()
+    late = ((pl.col("sensor") == "west") & (pl.col("time") >= when)).cast(pl.Float64)
+    return frame.with_columns(
+        range_m=flat + ranges * late, azimuth_deg=(pl.col("azimuth_deg") + angle * late) % 360.0
+    ).drop("height_m")
+
+
+@pytest.mark.parametrize("names", [("east", "west"), ("east", "north", "west")])
+def test_biases_that_change_are_no_heights(names) -> None:
+    frame = turned_at(sky(seed=8, names=names), 75.0, 0.9)
+    finding = found(frame, told(names))
+    assert finding.n_filled == 0
+    change = finding.as_record()["change"]
+    assert change["time"] == pytest.approx(75.0, abs=6.0)
+    assert change["sensors"] == {"west": {"azimuth_bias_deg": pytest.approx(0.9, rel=0.05)}}
+    (note,) = finding.notes()
+    assert note.startswith(f"sensor west: from {change['time']:.6g} s on its biases are others")
+    # What remains is as if nothing had changed.
+    own = read_reports(turned_at(sky(seed=8, names=names), 75.0, 0.0).drop("target", "report"))
+    west = own.sensor == own.sensors.index("west")
+    late = west & (own.time > change["time"] + 6.0)
+    azimuth = np.angle(np.exp(1j * (finding.reports.measurement - own.measurement)[:, 1]))
+    assert np.degrees(np.abs(azimuth[late])).max() < 0.05
+    assert np.abs(azimuth[~west]).max() == 0.0
+
+
+def test_a_bias_that_is_trusted_is_not_taken_out_when_it_changes() -> None:
+    names = "east", "west"
+    keys = told(names)
+    keys["sensors"]["west"] |= {"azimuth_bias_deg": 0.0, "trust": ["azimuth_bias_deg"]}
+    frame = turned_at(sky(seed=8, names=names), 75.0, 0.9)
+    came = read_reports(frame.drop("target", "report"))
+    finding = found(frame, keys)
+    np.testing.assert_array_equal(finding.reports.measurement, came.measurement)
+    assert finding.n_filled == 0

@@ -23,17 +23,22 @@ __all__ = [
     "ROUGH_GATE",
     "STEEPEST",
     "USUAL",
+    "WORST",
     "Fit",
     "Looks",
     "Moments",
+    "OnGround",
     "candidates",
     "fitted",
     "held_at",
     "moments_of",
+    "on_ground",
 ]
 
 # Nothing flies higher or lower [m]; heights are looked for at such steps first.
 LOWEST, HIGHEST, STEP = -500.0, 15_000.0, 500.0
+WORST = 25.0
+"""One place that is far off counts as so many variances."""
 STEEPEST = 0.95
 """Of heights above a sensor no more than this share of the range."""
 # No report within so many periods on both sides, and a track is not there.
@@ -43,8 +48,6 @@ UNKNOWN_ALONG, UNKNOWN_ACROSS = 100.0, float(np.radians(0.1))
 # Tracks of one object agree within so much (mean square, in variances of what is not known) at
 # the end and before heights change, at so many times; candidates within so many deviations.
 GATE, ROUGH_GATE, FEWEST_TIMES, WIDE = 3.0, 12.0, 4, 5.0
-# One place that is far off counts as so many variances.
-WORST = 25.0
 # How sure heights are beforehand [m], how fast objects climb [m/s], and how exact told ones are.
 USUAL, SPREAD, CLIMB, TOLD = 5_000.0, 4_000.0, 4.0, 60.0
 # Heights are straight lines between times so far apart [s].
@@ -136,6 +139,15 @@ class Fit:
     cost: float  # Squared distance that is left, in variances
     bias_matrix: FloatArray  # Normal equations of all sensors' biases beside its heights
     bias_vector: FloatArray
+
+
+class OnGround(NamedTuple):
+    """Two tracks, taken for one object on the ground, at the moments that they have in common."""
+
+    moment: IntArray
+    off: FloatArray  # How far apart they are [m], (times, 2)
+    slope: FloatArray  # How a unit of each sensor's biases changes that, (times, 2, all biases)
+    variance: FloatArray  # Of how far apart they are along an axis [m²]
 
 
 def moments_of(looks: Looks) -> Moments:
@@ -320,6 +332,26 @@ def held_at(
     return pair.cost(ground), *_of_biases(pair, ground, None, (moments, tracks))
 
 
+def on_ground(moments: Moments, tracks: tuple[int, int]) -> OnGround:
+    """Return two tracks as they lie on the ground."""
+    pair = _Pair(moments, tracks)
+    ground = np.minimum(pair.sides[0].level, pair.sides[1].level)
+    slope = _bias_slopes(pair, ground, (moments, tracks))
+    return OnGround(pair.moment, pair.apart(ground)[0], slope, pair.variance)
+
+
+def _bias_slopes(
+    pair: _Pair, height: FloatArray, of: tuple[Moments, tuple[int, int]]
+) -> FloatArray:
+    """Return how a unit of each sensor's biases moves two tracks apart, (times, 2, all biases)."""
+    moments, tracks = of
+    slope = np.zeros((height.size, 2, moments.n_sensors * N_BIASES))
+    for side, track, sign in zip(pair.sides, tracks, (1.0, -1.0), strict=True):
+        first = int(moments.sensor[track]) * N_BIASES
+        slope[:, :, first : first + N_BIASES] += sign * side.slopes(height)
+    return slope
+
+
 def _of_biases(
     pair: _Pair,
     height: FloatArray,
@@ -328,12 +360,7 @@ def _of_biases(
 ) -> tuple[FloatArray, FloatArray]:
     """Return the normal equations of all sensors' biases, beside the heights of a pair."""
     # ``inverse`` is that of the heights' own equations, None where heights stay as they are.
-    moments, tracks = of
-    size = moments.n_sensors * N_BIASES
-    slope = np.zeros((height.size, 2, size))
-    for side, track, sign in zip(pair.sides, tracks, (1.0, -1.0), strict=True):
-        first = int(moments.sensor[track]) * N_BIASES
-        slope[:, :, first : first + N_BIASES] += sign * side.slopes(height)
+    slope = _bias_slopes(pair, height, of)
     off, rising, weight = pair.weighed(height)
     weighed = weight[:, None, None] * slope
     matrix = np.einsum("tin,tim->nm", weighed, slope)

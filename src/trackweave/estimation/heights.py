@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray
+from trackweave.estimation.bias_changes import BiasChange, explained_by_biases
 from trackweave.estimation.height_pairs import (
     GATE,
     ROUGH_GATE,
@@ -49,6 +50,7 @@ class Heights:
     n_pairs: int  # Of tracks of two sensors
     n_clear: int  # Of these, that tell clearly
     is_on_ground: bool = False  # Whether ranges clearly are those on the ground
+    change: BiasChange | None = None  # Of biases, that explains as much as heights would
 
 
 def heights_of(
@@ -71,8 +73,12 @@ def heights_of(
         known |= {fit.pair: float(np.median(fit.height)) for fit in found}
     fits = _one_to_one(_fits(moments, known, GATE), sightings)
     pairs_of_one, height = [fit.pair for fit in fits], np.full(sightings.time.size, np.nan)
+    rough = _one_to_one(_fits(moments_of(looks), known, ROUGH_GATE), sightings)
+    is_explained, change = explained_by_biases(moments_of(looks), rough)
+    if change is not None:
+        return Heights(height, 0, len(rough), 0, is_on_ground=True, change=change)
     ground = _costs_at(0.0, looks, pairs_of_one)
-    n_clear = _clear(fits, ground)
+    n_clear = 0 if is_explained else _clear(fits, ground)
     if n_clear >= max(FEWEST_PAIRS, SHARE * len(fits)):
         height, n_objects = _entered(height, fits, sightings, moments)
         return Heights(height, n_objects, len(fits), n_clear)

@@ -10,18 +10,20 @@ from trackweave.arrays import FloatArray
 from trackweave.config import Configuration
 from trackweave.domain.foreign_kind import ForeignKind
 from trackweave.domain.reports import ReportTable
+from trackweave.estimation.bias_changes import BiasChange
 from trackweave.estimation.displaced import displaced
 from trackweave.estimation.height_pairs import STEEPEST
 from trackweave.estimation.heights import Heights, heights_of
-from trackweave.estimation.sightings import N_BIASES, Sightings
+from trackweave.estimation.sightings import AZIMUTH, N_BIASES, RANGE, Sightings
 from trackweave.estimation.turned_apart import turned_apart
 from trackweave.run.beams import with_beam_places, with_beam_times
-from trackweave.run.biases import told_biases
+from trackweave.run.biases import as_key, told_biases, unbiased
 from trackweave.run.cartesian_to_polar import with_ranges
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.polar_to_cartesian import EARTH_RADIUS_M, platforms_of
 from trackweave.run.registering import (
     Registration,
+    may_be,
     may_stand_elsewhere,
     registration_of,
     unfit,
@@ -32,6 +34,7 @@ from trackweave.run.told_places import standing, with_facts
 
 __all__ = ["HeightFinding", "found_heights", "registered"]
 
+CHANGING = {"range_bias_m": RANGE, "azimuth_bias_deg": AZIMUTH}
 # Recordings with fewer reports hold no tracks that tell.
 FEWEST_REPORTS = 40
 # A sensor tells no heights where more of its reports than this share have none.
@@ -52,6 +55,8 @@ class HeightFinding:
 
     def notes(self) -> list[str]:
         """Return a sentence where heights were found."""
+        if self.found is not None and self.found.change is not None:
+            return self._on_change(self.found.change)
         if self.found is None or not self.n_filled:
             return []
         found = self.found
@@ -64,15 +69,35 @@ class HeightFinding:
             "those on the ground"
         ]
 
+    def _changed(self, change: BiasChange) -> dict[str, dict[str, float]]:
+        """Return by how much each sensor's keys change, those that do."""
+        every = {
+            name: {key: as_key(key, own) for key, place in CHANGING.items() if own[place]}
+            for name, own in zip(self.reports.sensors, change.step, strict=True)
+        }
+        return {name: own for name, own in every.items() if own}
+
+    def _on_change(self, change: BiasChange) -> list[str]:
+        """Return a sentence on each sensor whose biases change."""
+        return [
+            f"sensor {name}: from {change.time:.6g} s on its biases are others than before, by "
+            f"{', '.join(f'{value:.4g} ({key})' for key, value in own.items())}, as "
+            f"{change.n_pairs} pairs of tracks of two sensors tell; that is taken out of its "
+            f"reports from then on; give trust in [sensors.{name}] with the keys to keep it"
+            for name, own in self._changed(change).items()
+        ]
+
     def as_record(self) -> dict[str, Any] | None:
         """Return what was found, None where nothing was looked for."""
         if self.found is None:
             return None
+        change = self.found.change
         return {
             "objects": self.found.n_objects,
             "reports": self.n_filled,
             "pairs": self.found.n_pairs,
             "clear_pairs": self.found.n_clear,
+            "change": change and {"time": change.time, "sensors": self._changed(change)},
         }
 
 
@@ -123,7 +148,10 @@ def found_heights(
     found = _heights_or_turns(sightings, level[rows], is_slant[rows], curve)
     filled = rows[is_slant[rows] & np.isfinite(found.height)]
     if not filled.size:
-        return replace(nothing, found=found)
+        may = may_be(reports, configuration, refused, ())
+        return replace(
+            nothing, reports=_unchanged(nothing.reports, found.change, may), found=found
+        )
     height = np.full(len(reports), np.nan) if told is None else told.copy()
     n_zero = int(np.sum(height[filled] == 0.0))
     # Nothing is higher above a sensor than it is far off.
@@ -136,6 +164,17 @@ def found_heights(
         n_filled=int(filled.size),
         n_zero=n_zero,
     )
+
+
+def _unchanged(
+    reports: ReportTable, change: BiasChange | None, may: NDArray[np.bool_]
+) -> ReportTable:
+    """Return reports without what changed of biases, which it ``may``, from then on."""
+    if change is None:
+        return reports
+    shifted = unbiased(reports, np.where(may, change.step, 0.0)).measurement
+    is_late = (reports.time >= change.time)[:, None]
+    return replace(reports, measurement=np.where(is_late, shifted, reports.measurement))
 
 
 def _heights_or_turns(

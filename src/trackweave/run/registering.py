@@ -21,7 +21,7 @@ from trackweave.run.biases import BIAS_KEYS, as_key, keys_of, told_biases, unbia
 from trackweave.run.observing import observe, positions_in
 from trackweave.run.sighting import NO_HEIGHT, heard_tracks, hearing, is_looking, sightings_of
 
-__all__ = ["Registration", "may_stand_elsewhere", "registration_of", "unfit"]
+__all__ = ["Registration", "may_be", "may_stand_elsewhere", "registration_of", "unfit"]
 
 DIGITS = 6
 # Where a sensor stands is no bias of its reports: it moves all of them by these numbers.
@@ -197,7 +197,7 @@ def registration_of(
     if isinstance(seen, str):
         return replace(known, doubt=seen)
     places = _places(reports, configuration, refused) if elsewhere else {}
-    may = _may_be(reports, configuration, refused, places)
+    may = may_be(reports, configuration, refused, places)
     # Who reports by itself knows where it is, though maybe not when its reports come.
     may[np.ix_(alone, OF_POSITION)] = False
     found = registered(seen[0], may, seen[1])
@@ -253,14 +253,14 @@ def may_stand_elsewhere(
     """Tell by which biases sensors may stand elsewhere than told, shape (sensors, 6)."""
     # Those that are ``refused`` are not looked at.
     may = np.zeros((len(reports.sensors), N_BIASES), dtype=np.bool_)
-    every = _may_be(reports, configuration, refused, _places(reports, configuration, refused))
+    every = may_be(reports, configuration, refused, _places(reports, configuration, refused))
     for index in range(may.shape[0]):
         if reports.kind_of(index).has_range:
             may[index, list(OF_POSITION)] = every[index, list(OF_POSITION)]
     return may
 
 
-def _may_be(
+def may_be(
     reports: ReportTable,
     configuration: Configuration,
     refused: Container[str],
