@@ -8,6 +8,7 @@ import argparse
 import time
 
 import numpy as np
+from invented_changes import CHANGES
 from invented_few import FEW
 from invented_ground import GROUND
 from invented_named import NAMED
@@ -22,7 +23,7 @@ from text_tables import command, heading, table
 from trackweave import track
 from trackweave.metrics import assignment_quality
 
-SCENES = FIRST_SCENES | SEA | GROUND | NAMED | TOGETHER | WAITS | FEW
+SCENES = FIRST_SCENES | SEA | GROUND | NAMED | TOGETHER | WAITS | FEW | CHANGES
 HEAD = [
     "scene",
     "seed",

@@ -113,3 +113,23 @@ def test_pairs_of_one_object_are_many_times_as_many_as_by_chance():
     ratio, apart = ratio_of_pairs((time, place, unknown), pairs, density)
     assert np.all(ratio == 0)
     assert np.isnan(apart).all()
+
+
+def test_no_thread_is_of_every_fourth_report() -> None:
+    # Where chance makes no pairs at all, each multiple of a pause seems as likely.
+    pauses = []
+    for seed in range(12):
+        rng, rows = np.random.default_rng(seed), []
+        for _ in range(8):
+            place = np.array([*rng.uniform(-8e4, 8e4, 2), 9000.0 + rng.uniform(0.0, 3000.0)])
+            time, burst = rng.uniform(0.0, 600.0), rng.uniform(15e3, 21e3)
+            while time < 2600.0:
+                up = 5.0 if place[2] < burst else 0.0
+                place = place + 10.0 * np.array([14.0, 3.0, up]) + rng.normal(0.0, 4.0, 3)
+                time += 10.0
+                if rng.random() < 0.9:
+                    rows.append((time, *(place + rng.normal(0.0, 8.0, 3))))
+        table = np.array(sorted(rows))
+        threads = threads_of(table[:, 0], table[:, 1:]).rows[:8]
+        pauses.append(np.median([np.median(np.diff(table[each, 0])) for each in threads]))
+    np.testing.assert_allclose(pauses, 10.0)

@@ -35,6 +35,8 @@ OWN, SELDOM = 2.5, 0.5
 # Where one report follows another from scan to scan as often, but for this share, as objects are
 # seen, they stand in turn, unless false alarms stay for a while themselves.
 IN_TURN = 0.8
+# By chance one follows another in no more than the share of all scans and so many deviations.
+FOLLOWING = 3.0
 # What moves through a place, by so much at least, scatters about a straight way by noise alone.
 MOVED, STEADY = 3.0, 1.5
 # Where its width begins to count it is looked at both ways.
@@ -141,9 +143,10 @@ def looks_of(reports: ReportTable, rows: IntArray, looks: FloatArray) -> IntArra
 def are_in_turn(look: IntArray, n_looks: int, sensor: SensorEstimate) -> bool:
     """Tell whether reports at a place are of objects that stand there for a while each."""
     seen = np.unique(look)
-    follow = float(np.isin(seen + 1, seen).mean())
+    share, follow = seen.size / n_looks, float(np.isin(seen + 1, seen).mean())
+    by_chance = share + FOLLOWING * math.sqrt(share * max(1.0 - share, 0.0) / seen.size)
     known = IN_TURN * sensor.detection_probability
-    return sensor.clutter_persistence == 0.0 and follow >= known > seen.size / n_looks
+    return sensor.clutter_persistence == 0.0 and follow >= max(known, by_chance) and share < known
 
 
 def _with(sensor: SensorEstimate, standing: _Places) -> SensorEstimate:

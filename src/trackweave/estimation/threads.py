@@ -26,6 +26,8 @@ N_ROUNDS = 3
 # Links are likely enough that are as likely as all but this share of those that there are, and so
 # many times as many as by chance; then a shorter wait decides, but for this share of the usual.
 ENOUGH, SURELY, SOONER = 0.2, 30.0, 0.7
+# What is so nearly as likely as the likeliest may be the next as well.
+NEARLY = 0.25
 # The same position again within so long is one report heard twice [s].
 TWICE = 2.0
 SHORTEST = 1e-9
@@ -107,7 +109,7 @@ def _likeliest(
 ) -> IntArray:
     """Return which report follows each one, of pairs of which each is so likely."""
     before, behind = pairs
-    cost = 1.0 / likely
+    cost, soonest = 1.0 / likely, _soonest(pairs, wait, likely, after.size)
     for _ in range(N_ROUNDS):
         is_linked = after[before] == behind
         if is_linked.any():
@@ -115,12 +117,26 @@ def _likeliest(
             # enough the wait decides, beside that usual of the likeliest.
             linked = likely[is_linked]
             is_likeliest = linked >= np.median(linked)
-            pause = float(np.median(wait[is_linked][is_likeliest]))
+            pause = min(float(np.median(wait[is_linked][is_likeliest])), soonest)
             enough = max(float(np.quantile(linked, ENOUGH)), SURELY)
             cost = (wait + SOONER * pause) / np.minimum(likely, enough)
         order = np.argsort(cost, kind="stable")
         after = _married(before[order], behind[order], after.size)
     return after
+
+
+def _soonest(
+    pairs: tuple[IntArray, IntArray], wait: FloatArray, likely: FloatArray, count: int
+) -> float:
+    """Return after how long the next report that may be of the same object usually comes [s]."""
+    # Where chance makes next to no pairs at all, how many there are says little of which is the
+    # next: every fourth report may seem a little likelier.
+    before, best, first = pairs[0], np.zeros(count), np.full(count, np.inf)
+    np.maximum.at(best, before, likely)
+    fits = (likely >= NEARLY * best[before]) & (likely >= SURELY)
+    np.minimum.at(first, before[fits], wait[fits])
+    known = first[np.isfinite(first)]
+    return float(np.median(known)) if known.size else np.inf
 
 
 def _velocities(time: FloatArray, position: FloatArray, after: IntArray) -> FloatArray:
