@@ -87,3 +87,6 @@ def test_motion_beside_noise_that_reports_tell_themselves_is_what_they_do() -> N
     # A loop's velocity turns by some 0.2 m/s from report to report.
     assert found.process_noise is not None
     assert 1e-6 < found.process_noise < 2e-5
+    # Over five reports a loop evens out; nobody is slower than it goes round.
+    assert found.max_speed is not None
+    assert 0.1 * np.sqrt(2.0) + 0.2 < found.max_speed < 1.0

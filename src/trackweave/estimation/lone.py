@@ -50,6 +50,9 @@ TORN = 0.03
 STARTED, UNTOLD = 8.0, 3.0
 # In a turn an object wanders more than on the whole.
 AGILE = 2.0
+# So many times as fast is who changes its velocity as much from one report to the next, where that
+# is such a part of its speed.
+WANDERS, TURNS = 2.0, 0.5
 # An end of a thread that is so many times as fast as any other step, and far, is another's.
 WILD_END = 5.0
 # The median of how far a standard normal number is from 0.
@@ -176,6 +179,8 @@ def lone_reports(
         # Who is known by name is followed however seldom it sets out.
         starts = process_of_starts(time, position, lasting, sigma, 0.5 * pause)
         process = starts if starts > STARTED * process else process
+    if speed is not None and process is not None:
+        speed = max(speed, _wandering_speed(speed, process, pause))
     return LoneReports(
         pause=pause,
         rate=1.0 / float(np.mean(pauses)) if pauses else 1.0 / span,
@@ -190,6 +195,13 @@ def lone_reports(
         standing=_standing(time, position, threads.lasting(TOLD), sigma, speed),
         tail=tail,
     )
+
+
+def _wandering_speed(speed: float, process: float, pause: float) -> float:
+    """Return what hardly any object exceeds whose velocity turns from report to report [m/s]."""
+    # Over a piece of a thread such turns even out: who circles seems to go at the mean of a loop.
+    turned, usual = float(np.sqrt(process * pause)), speed / FASTER
+    return FASTER * float(np.hypot(usual, WANDERS * turned)) if turned > TURNS * usual else 0.0
 
 
 def _of_places(position: FloatArray, threads: list[IntArray]) -> float | None:
