@@ -37,19 +37,21 @@ class Wild(NamedTuple):
 
 def there_and_back(time: FloatArray, position: FloatArray, threads: list[IntArray]) -> Wild:
     """Return which reports on threads are far beside the way, and back with the next."""
-    is_wild, usual = np.zeros(time.size, dtype=np.bool_), 0.0
+    nothing = Wild(np.zeros(time.size, dtype=np.bool_), None)
+    is_wild, usual = nothing.is_wild.copy(), 0.0
     # What wild reports and their neighbours seem to be off is no noise: without them it is less.
     for _ in range(N_ROUNDS):
         own = [rows[~is_wild[rows]] for rows in threads]
         off = [_off(time[rows], position[rows]) for rows in own]
         usual = float(np.median(np.concatenate([[0.0], *off])))
         if not usual > 0.0:
-            break
+            # Such as of badges, each of which is in a room: there is no noise to be beside.
+            return nothing
         for rows in own:
             is_wild[_wild_of(time, position, rows, usual)] = True
     count, n_all = int(is_wild.sum()), sum(rows.size for rows in threads)
     if count < max(FEWEST, LEAST_SHARE * n_all):
-        return Wild(np.zeros(time.size, dtype=np.bool_), None)
+        return nothing
     # How far they are off tells how wide their noise is, beside that of others.
     square = [
         _off(time[rows], position[rows])[is_wild[rows[1:-1]]] ** 2 / position.shape[1]
