@@ -41,7 +41,8 @@ def turned_apart(sightings: Sightings, may: NDArray[np.bool_]) -> tuple[FloatArr
     # Only those of whom that number ``may`` be other than told, shape (sensors, 6).
     found = np.zeros((sightings.n_sensors, N_BIASES))
     sure = np.full(found.shape, np.inf)
-    left = np.flatnonzero(sightings.is_polar & may[:, AZIMUTH]).tolist()
+    sees = np.bincount(sightings.track_sensor, minlength=sightings.n_sensors) > 0
+    left = np.flatnonzero(sees & sightings.is_polar & may[:, AZIMUTH]).tolist()
     while left:
         courses = courses_of(sightings, found)
         turns = {
