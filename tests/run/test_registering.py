@@ -128,7 +128,7 @@ def test_a_north_that_is_far_off_is_found(names, angle):
 
 def test_a_radar_without_any_track_is_passed_over():
     names = ("north", "west")
-    frame = off(sky(names=names), "west", 0.0, 4.0)
+    frame = off(sky(names=names), "west", 0.0, 4.0).drop("report")
     few = {"time": [1.0, 60.0, 120.0], "range_m": [5e4] * 3, "azimuth_deg": [10.0, 90.0, 200.0]}
     alone = pl.DataFrame(few).with_columns(sensor=pl.lit("east"))
     registration = registered(pl.concat([frame, alone], how="diagonal").sort("time"), told())

@@ -63,7 +63,8 @@ def courses_of(sightings: Sightings, bias: FloatArray) -> Courses:
     """Return the tracks at common times, without biases, shape (sensors, 6)."""
     time, place = sightings.corrected(bias)
     slopes = sightings.slopes(bias)
-    step = float(sightings.period.max())
+    # A sensor without any track does not set the pace.
+    step = float(sightings.period[np.unique(sightings.track_sensor)].max())
     grid = np.arange(time.min(), time.max() + step, step)
     n_tracks = len(sightings.rows)
     at = np.full((n_tracks, grid.size, 2), np.nan)
