@@ -28,23 +28,6 @@ def drifters(rng: np.random.Generator) -> pl.DataFrame:
     return frame.with_columns(pl.format("o{}", "target").alias("target"))
 
 
-def platforms(rng: np.random.Generator) -> pl.DataFrame:
-    """Return places each two seconds of eleven trains, most of which stop at one station."""
-    rows = []
-    for one in range(11):
-        way, speed = (1.0 if one % 2 else -1.0), rng.uniform(28.0, 45.0)
-        begin, stop = rng.uniform(0.0, 400.0), rng.choice([0.0, 60.0, 120.0])
-        for look in range(450):
-            time = 2.0 * look - begin
-            along = speed * min(time, 9000.0 / speed) + speed * max(
-                time - 9000.0 / speed - stop, 0
-            )
-            if time >= 0.0 and along < 18_000.0 and rng.random() < 0.93:
-                place = np.array([way * (along - 9000.0), 14.0 * (one % 4)])
-                rows.append((2.0 * look, *(place + rng.normal(0.0, 6.0, 2)), f"o{one}"))
-    return by_time(rows, ["time", "x", "y", "target"])
-
-
 def acoustic(rng: np.random.Generator) -> pl.DataFrame:
     """Return where twelve named tags in a lake are, one time in twenty by an echo."""
     rows = []
@@ -124,7 +107,6 @@ def serviced(rng: np.random.Generator) -> pl.DataFrame:
 RADARS = {name: {"position": [*place]} for name, place in PLACES.items()}
 CHANGES = {
     "drifters": (drifters, {}),
-    "platforms": (platforms, {}),
     "acoustic": (acoustic, {}),
     "balloons": (balloons, {}),
     "magnetic": (magnetic, RADARS),

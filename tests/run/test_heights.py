@@ -263,3 +263,6 @@ def test_a_bias_that_is_trusted_is_not_taken_out_when_it_changes() -> None:
     finding = found(frame, keys)
     np.testing.assert_array_equal(finding.reports.measurement, came.measurement)
     assert finding.n_filled == 0
+    # Nor is it said to have been.
+    assert finding.notes() == []
+    assert finding.as_record()["change"] is None

@@ -52,6 +52,13 @@ class Heights:
     is_on_ground: bool = False  # Whether ranges clearly are those on the ground
     change: BiasChange | None = None  # Of biases, that explains as much as heights would
 
+    def allowed(self, may: NDArray[np.bool_]) -> "Heights":
+        """Return these with a change of those biases alone that it ``may``, shape (sensors, 6)."""
+        if self.change is None:
+            return self
+        step = np.where(may, self.change.step, 0.0)
+        return replace(self, change=self.change._replace(step=step) if step.any() else None)
+
 
 def heights_of(
     sightings: Sightings, level: FloatArray, is_slant: NDArray[np.bool_], curve: float
@@ -60,7 +67,7 @@ def heights_of(
     # ``level`` is how high each report's sensor stands [m]; ``is_slant`` which reports tell a
     # range whose height nobody knows; ``curve`` is one by the Earth's radius [1/m], 0 on a plane.
     looks = Looks(sightings, level, is_slant, curve)
-    moments = moments_of(looks)
+    moments = untold = moments_of(looks)
     pairs = candidates(moments)
     bias = np.zeros((sightings.n_sensors, N_BIASES))
     known: dict[tuple[int, int], float | None] = dict.fromkeys(map(tuple, pairs.tolist()))
@@ -73,8 +80,8 @@ def heights_of(
         known |= {fit.pair: float(np.median(fit.height)) for fit in found}
     fits = _one_to_one(_fits(moments, known, GATE), sightings)
     pairs_of_one, height = [fit.pair for fit in fits], np.full(sightings.time.size, np.nan)
-    rough = _one_to_one(_fits(moments_of(looks), known, ROUGH_GATE), sightings)
-    is_explained, change = explained_by_biases(moments_of(looks), rough)
+    rough = _one_to_one(_fits(untold, known, ROUGH_GATE), sightings)
+    is_explained, change = explained_by_biases(untold, rough)
     if change is not None:
         return Heights(height, 0, len(rough), 0, is_on_ground=True, change=change)
     ground = _costs_at(0.0, looks, pairs_of_one)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackweave.arrays import FloatArray, IntArray
+from trackweave.chi_squared import quantile_of
 
 __all__ = ["Wild", "there_and_back"]
 
@@ -24,8 +25,6 @@ PEAK = 0.75
 # Of so many before and behind, so many tell where it should be.
 ABOUT, LEAST_ABOUT = 4, 4
 MOST_SHARE, MOST_SCALE = 0.5, 50.0
-# The median of how far a normal number of two axes is from 0, in its standard deviation.
-MEDIAN_OF_TWO = 1.1774
 
 
 class Wild(NamedTuple):
@@ -53,11 +52,10 @@ def there_and_back(time: FloatArray, position: FloatArray, threads: list[IntArra
     if count < max(FEWEST, LEAST_SHARE * n_all):
         return nothing
     # How far they are off tells how wide their noise is, beside that of others.
-    square = [
-        _off(time[rows], position[rows])[is_wild[rows[1:-1]]] ** 2 / position.shape[1]
-        for rows in threads
-    ]
-    wide = float(np.sqrt(np.mean(np.concatenate(square)))) / (usual / MEDIAN_OF_TWO)
+    dim = position.shape[1]
+    square = [_off(time[rows], position[rows])[is_wild[rows[1:-1]]] ** 2 / dim for rows in threads]
+    sigma = usual / np.sqrt(quantile_of(dim, 0.5))
+    wide = float(np.sqrt(np.mean(np.concatenate(square)))) / sigma
     share = min(count / n_all, MOST_SHARE)
     return Wild(is_wild, (share, float(np.clip(wide, 1.0, MOST_SCALE))))
 

@@ -148,10 +148,9 @@ def found_heights(
     found = _heights_or_turns(sightings, level[rows], is_slant[rows], curve)
     filled = rows[is_slant[rows] & np.isfinite(found.height)]
     if not filled.size:
-        may = may_be(reports, configuration, refused, ())
-        return replace(
-            nothing, reports=_unchanged(nothing.reports, found.change, may), found=found
-        )
+        # What is trusted stays, and is not said to have gone.
+        found = found.allowed(may_be(reports, configuration, refused, ()))
+        return replace(nothing, reports=_unchanged(nothing.reports, found.change), found=found)
     height = np.full(len(reports), np.nan) if told is None else told.copy()
     n_zero = int(np.sum(height[filled] == 0.0))
     # Nothing is higher above a sensor than it is far off.
@@ -166,13 +165,11 @@ def found_heights(
     )
 
 
-def _unchanged(
-    reports: ReportTable, change: BiasChange | None, may: NDArray[np.bool_]
-) -> ReportTable:
-    """Return reports without what changed of biases, which it ``may``, from then on."""
+def _unchanged(reports: ReportTable, change: BiasChange | None) -> ReportTable:
+    """Return reports without what changed of biases from then on."""
     if change is None:
         return reports
-    shifted = unbiased(reports, np.where(may, change.step, 0.0)).measurement
+    shifted = unbiased(reports, change.step).measurement
     is_late = (reports.time >= change.time)[:, None]
     return replace(reports, measurement=np.where(is_late, shifted, reports.measurement))
 

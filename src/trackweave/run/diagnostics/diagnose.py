@@ -33,7 +33,6 @@ from trackweave.run.diagnostics.told import (
     out_of_view,
 )
 from trackweave.run.diagnostics.units import azimuths_in_radians, degrees_as_metres
-from trackweave.run.diagnostics.unshared import unshared_objects
 
 __all__ = ["CHECKS", "diagnose"]
 
@@ -50,7 +49,6 @@ CHECKS: tuple[Check, ...] = (
     other_senses,
     disagreeing_sensors,
     biased_sensors,
-    unshared_objects,
     common_jumps,
     out_of_view,
     noise,
@@ -64,15 +62,7 @@ CHECKS: tuple[Check, ...] = (
 )
 # What weighs so much explains what tracks show beside it.
 A_CAUSE = 85.0
-CONSEQUENCES = {
-    "bias",
-    "unshared",
-    "sigma",
-    "max_speed",
-    "process_noise",
-    "detection_probability",
-    "clutter",
-}
+CONSEQUENCES = {"bias", "sigma", "max_speed", "process_noise", "detection_probability", "clutter"}
 WORTH_A_SECOND_LOOK = {"detection_probability", "clutter", "few assigned", "sigma"}
 
 

@@ -26,7 +26,7 @@ from trackweave.trackers.joining.merges import merge_pairs
 from trackweave.trackers.joining.naming import Named
 from trackweave.trackers.joining.places import MOST, Places, Room
 from trackweave.trackers.joining.segments import FIRM, Paths, Segments
-from trackweave.trackers.joining.straying import REACH, SIGMAS, Straying
+from trackweave.trackers.joining.straying import Straying, reach
 
 __all__ = ["Join", "Joins", "joins_of"]
 
@@ -191,9 +191,8 @@ def _candidates(
     ends = np.flatnonzero(is_end)
     begins = np.flatnonzero(is_new & (moves & is_begin | (by_name >= 0)))
     states, dim = paths.states, paths.dim
-    place, spread = states.mean[:, :dim], np.trace(states.covariance[:, :dim, :dim], 0, 1, 2)
+    place = states.mean[:, :dim]
     at_end, at_begin = paths.last[ends], paths.first[begins]
-    pace = np.exp(paths.speed(at_end, onwards=False)[0])
     is_firm = np.bincount(segments.track, segments.count)[segments.track] >= FIRM
     own, other, waits = [], [], []
     for number, row in enumerate(at_begin.tolist()):
@@ -201,10 +200,8 @@ def _candidates(
         # Through usual waits the tracker itself has weighed it; its scraps are rivals' reports.
         is_silence = wait > segments.interval[ends]
         is_break = (wait > 0.0) & is_firm[ends] & is_firm[begins[number]]
-        later = np.exp(paths.speed(at_begin[number : number + 1], onwards=True)[0])
         apart = np.sqrt(np.sum((place[at_end] - place[row]) ** 2, axis=1))
-        noise = SIGMAS * np.sqrt(spread[at_end] + spread[row])
-        fits = apart <= REACH * np.maximum(pace, later) * wait + noise
+        fits = apart <= reach(paths, at_end, np.full(at_end.size, row), wait)
         is_one = ends == by_name[begins[number]]
         near = np.flatnonzero(((is_silence | is_break) & fits | is_one) & (wait <= longest))
         near = np.sort(near[np.argsort(wait[near], kind="stable")[:MOST_ENDS]])

@@ -14,7 +14,7 @@ import numpy as np
 from trackweave.arrays import FloatArray, IntArray
 from trackweave.trackers.joining.segments import Paths, Segments
 
-__all__ = ["Straying", "student_log_density"]
+__all__ = ["Straying", "reach", "student_log_density"]
 
 TAILS = (1.0, 2.0, 4.0, 8.0)
 """Degrees of freedom of Student's t that are tried: of some objects all turn a little, of others
@@ -89,24 +89,23 @@ class Straying:
         )
         stood = _stood(paths, before, after, pace * wait**2)
         anew = _at_rest(change[:, np.newaxis], (unsure + ANEW**2)[:, np.newaxis, np.newaxis])
-        anywhere = -_log_ball(self.reach(paths, before, after), dim) + np.log(SELDOM)
+        anywhere = -_log_ball(reach(paths, before, after, wait), dim) + np.log(SELDOM)
         went = np.logaddexp(place + kept + np.log1p(-SELDOM), anywhere + anew)
         return went, stood + anew
-
-    @staticmethod
-    def reach(paths: Paths, before: IntArray, after: IntArray) -> FloatArray:
-        """Return how far from the first state's place the second may be [m], pair by pair."""
-        states, dim = paths.states, paths.dim
-        pace = np.exp(paths.speed(before, onwards=False)[0])
-        later = np.exp(paths.speed(after, onwards=True)[0])
-        spread = states.covariance[before] + states.covariance[after]
-        noise = SIGMAS * np.sqrt(np.trace(spread[:, :dim, :dim], axis1=1, axis2=2))
-        wait = states.time[after] - states.time[before]
-        return np.asarray(REACH * np.maximum(pace, later) * wait + noise)
 
     def _at(self, wait: FloatArray, told: FloatArray) -> FloatArray:
         logs = np.log(np.maximum(wait, self.time[0]))
         return np.stack([np.interp(logs, np.log(self.time), column) for column in told.T], axis=1)
+
+
+def reach(paths: Paths, before: IntArray, after: IntArray, wait: FloatArray) -> FloatArray:
+    """Return how far from the first state's place the second may be after a wait [m]."""
+    states, dim = paths.states, paths.dim
+    pace = np.exp(paths.speed(before, onwards=False)[0])
+    later = np.exp(paths.speed(after, onwards=True)[0])
+    spread = states.covariance[before] + states.covariance[after]
+    noise = SIGMAS * np.sqrt(np.trace(spread[:, :dim, :dim], axis1=1, axis2=2))
+    return np.asarray(REACH * np.maximum(pace, later) * wait + noise)
 
 
 def _stood(paths: Paths, before: IntArray, after: IntArray, way: FloatArray) -> FloatArray:
